@@ -1,0 +1,1 @@
+"""Trajectories and controllers as LeafSystems."""

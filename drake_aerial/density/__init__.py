@@ -1,0 +1,1 @@
+"""Kernels and kernel densities over surface features and poses."""

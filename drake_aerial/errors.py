@@ -1,0 +1,16 @@
+"""The package's exceptions: one small tree, so that a caller can catch by kind.
+
+The command line maps `InputError` to exit code 2 and `JobError` to exit code 1; both carry one clear line.
+"""
+
+
+class DrakeAerialError(Exception):
+    """Base of every error that this package raises on purpose."""
+
+
+class InputError(DrakeAerialError, ValueError):
+    """Bad input: the message names what was given and what is accepted."""
+
+
+class JobError(DrakeAerialError, RuntimeError):
+    """The input was good but the job failed, for instance because no contact is feasible."""

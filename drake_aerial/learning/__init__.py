@@ -1,0 +1,1 @@
+"""Contact models learnt from one demonstration."""

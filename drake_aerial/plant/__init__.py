@@ -1,0 +1,1 @@
+"""Payload, quadrotor, cable and gripper as parts of a MultibodyPlant."""

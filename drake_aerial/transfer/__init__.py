@@ -1,0 +1,1 @@
+"""Transfer of a learnt contact to a new scan."""

@@ -1,0 +1,1 @@
+"""The transport station, one trial of it, and its metrics."""
