@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-import os
 import tempfile
 from pathlib import Path
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from drake_aerial.drawing.picture import Color, Picture
 from drake_aerial.drawing.rendering import write_gltf
+from drake_aerial.files import write_text
 
 _STYLE = """
 <style>
@@ -70,21 +70,6 @@ def write_picture_page(
         meshcat.SetCameraPose(center + 2.0 * radius * direction, center)
         page = meshcat.StaticHtml()
     write_text(path, add_card(page, card(title, legend, text), title))
-
-
-def write_text(path: str | Path, text: str) -> None:
-    """Write a text file whole or not at all: under a temporary name first, then renamed."""
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as stream:
-            stream.write(text)
-        os.chmod(name, 0o644)
-        os.replace(name, path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
 
 
 def _css(color: Color) -> str:
