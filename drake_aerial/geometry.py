@@ -28,7 +28,7 @@ class Pose(NamedTuple):
     p: Array
     q: Array
 
-    def __matmul__(self, other: Pose) -> Pose:  # type: ignore[override]
+    def __matmul__(self, other: Pose) -> Pose:
         """Compose: `X_AB @ X_BC` is X_AC."""
         return compose(self, other)
 

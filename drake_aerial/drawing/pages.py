@@ -54,7 +54,7 @@ def write_picture_page(
     title, legend, text
         What the folding card in the corner says: legend is a list of (colour, label) pairs.
     """
-    from pydrake.geometry import Meshcat, MeshcatParams, Mesh
+    from pydrake.geometry import Mesh, Meshcat, MeshcatParams
 
     low, high = picture.bounds()
     center, radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low)) + 1e-6

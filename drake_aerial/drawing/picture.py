@@ -6,6 +6,7 @@ headless renderer and the browser show the same thing.
 
 from __future__ import annotations
 
+import itertools
 import json
 import struct
 from pathlib import Path
@@ -86,9 +87,7 @@ class Picture:
         corners = np.asarray(vertices, float)[np.asarray(faces, np.int64)]
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
-        self.add_triangles(
-            corners, np.arange(3 * len(corners)).reshape(-1, 3), color, np.repeat(normal, 3, axis=0)
-        )
+        self.add_triangles(corners, np.arange(3 * len(corners)).reshape(-1, 3), color, np.repeat(normal, 3, axis=0))
 
     def add_sphere(self, center: ArrayLike, *, color: Color = RED, radius: float = 0.01) -> None:
         """Draw a ball of `radius` [m] at `center` (3,)."""
@@ -100,7 +99,7 @@ class Picture:
     def add_tube(self, path: ArrayLike, *, color: Color = BLACK, radius: float = 0.003) -> None:
         """Draw a polyline (N, 3) as a tube of `radius` [m]."""
         path = np.asarray(path, float)
-        for start, end in zip(path[:-1], path[1:]):
+        for start, end in itertools.pairwise(path):
             self._add_cylinder(start, end, radius, radius, color)
 
     def add_arrow(self, start: ArrayLike, end: ArrayLike, *, color: Color, radius: float = 0.003) -> None:
@@ -197,7 +196,11 @@ def _gltf_document(sizes: list[int], vertices: int, low: Array, high: Array) -> 
         ],
         "materials": [
             {
-                "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 1], "metallicFactor": 0, "roughnessFactor": 1},
+                "pbrMetallicRoughness": {
+                    "baseColorFactor": [1, 1, 1, 1],
+                    "metallicFactor": 0,
+                    "roughnessFactor": 1,
+                },
                 "doubleSided": True,
             }
         ],

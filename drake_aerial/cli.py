@@ -1,0 +1,253 @@
+"""The command line: thin, every verb reads its arguments and calls one public function.
+
+Results go to files; stdout carries one line of JSON with ``--json``, a short summary otherwise; errors and progress go to
+stderr. Exit codes: 0 done, 1 the job ran and failed, 2 bad input or usage, 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from drake_aerial import __version__
+from drake_aerial.errors import InputError, JobError
+
+METHODS = ("task", "paper", "kopicki", "centroid")
+BELIEFS = ("below_contact", "geometric", "true")
+CONTROLLERS = ("mpc", "geometric_ff", "geometric")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one verb and return the exit code."""
+    arguments = _parser().parse_args(argv)
+    try:
+        return arguments.run(arguments)
+    except InputError as error:
+        print(f"drake-aerial {arguments.verb}: {_one_line(error)}", file=sys.stderr)
+        return 2
+    except JobError as error:
+        print(f"drake-aerial {arguments.verb}: {_one_line(error)}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print(f"drake-aerial {arguments.verb}: interrupted; nothing was half-written", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        # The reader of our stdout left; Python would complain once more when it flushes.
+        sys.stderr.close()
+        return 1
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="drake-aerial",
+        description="Learn where grippers belong from one demonstration, transfer it to an unknown payload, fly it in Drake.",
+    )
+    parser.add_argument("--version", action="version", version=f"drake-aerial {__version__}")
+    verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
+
+    demo = verbs.add_parser(
+        "demo", help="the main job, start to end: one demonstration, a new scan, two flights, a report"
+    )
+    demo.add_argument(
+        "--out",
+        type=Path,
+        default=Path("demo_out"),
+        metavar="DIR",
+        help="where the files go (default: demo_out)",
+    )
+    demo.add_argument(
+        "--seed", type=_seed, default=0, help="seed of the scan, the transfer and the flights (default: 0)"
+    )
+    demo.set_defaults(run=_demo)
+
+    learn = verbs.add_parser("learn", help="learn a contact skill from one demonstration")
+    learn.add_argument(
+        "demonstration", metavar="DEMONSTRATION", help="a YAML file or the name of a shipped demonstration"
+    )
+    learn.add_argument("--out", type=Path, required=True, metavar="SKILL.npz")
+    learn.add_argument("--seed", type=_seed, default=0)
+    learn.add_argument("--json", action="store_true", help="print a JSON summary on stdout")
+    learn.set_defaults(run=_learn)
+
+    transfer = verbs.add_parser("transfer", help="find where the grippers go on a new scan")
+    transfer.add_argument("skill", metavar="SKILL", help="a skill .npz, or the name of a shipped demonstration")
+    transfer.add_argument(
+        "cloud", metavar="CLOUD", help=".ply .pcd .obj .stl .npz .npy, or the name of a shipped payload"
+    )
+    transfer.add_argument("--out", type=Path, required=True, metavar="contacts.json")
+    transfer.add_argument("--method", choices=METHODS, default="task")
+    transfer.add_argument("--top", type=_positive, default=5, metavar="N", help="how many solutions (default: 5)")
+    transfer.add_argument("--seed", type=_seed, default=0)
+    transfer.add_argument("--viewpoint", type=float, nargs=3, metavar=("X", "Y", "Z"), help="where the sensor was [m]")
+    transfer.add_argument(
+        "--up",
+        type=float,
+        nargs=3,
+        default=(0.0, 0.0, 1.0),
+        metavar=("X", "Y", "Z"),
+        help="against gravity (default: 0 0 1)",
+    )
+    transfer.add_argument("--html", type=Path, metavar="FILE", help="also write a page that shows the contacts")
+    transfer.add_argument("--json", action="store_true", help="print the contacts as JSON on stdout")
+    transfer.set_defaults(run=_transfer)
+
+    fly = verbs.add_parser("fly", help="fly one of the solutions of a transfer")
+    fly.add_argument("contacts", type=Path, metavar="contacts.json")
+    fly.add_argument("--out", type=Path, required=True, metavar="DIR")
+    payload = fly.add_mutually_exclusive_group()
+    payload.add_argument(
+        "--payload",
+        metavar="PAYLOAD",
+        help="a YAML file or the name of a shipped payload (default: the scan's hull)",
+    )
+    payload.add_argument(
+        "--mass", type=float, metavar="KG", help="mass of a payload known by its scan alone (default: 0.25)"
+    )
+    fly.add_argument("--solution", type=_positive, default=1, metavar="RANK")
+    fly.add_argument("--seed", type=_seed, default=0)
+    fly.add_argument(
+        "--belief",
+        choices=BELIEFS,
+        default="below_contact",
+        help="what the controller takes for the centre of mass",
+    )
+    fly.add_argument("--controller", choices=CONTROLLERS, default="mpc")
+    fly.add_argument(
+        "--trajectory",
+        default="circle",
+        metavar="NAME|FILE",
+        help="a trajectory's name or YAML file (default: circle)",
+    )
+    fly.add_argument("--cable", choices=("inextensible", "elastic"), default="inextensible")
+    fly.add_argument("--json", action="store_true", help="print the metrics as JSON on stdout")
+    fly.set_defaults(run=_fly)
+
+    view = verbs.add_parser("view", help="show a cloud, skill, contacts or trial as one self-contained HTML page")
+    view.add_argument("file", type=Path, metavar="FILE", help="a cloud, SKILL.npz, contacts.json or trial.npz")
+    view.add_argument("--out", type=Path, metavar="PAGE.html", help="the page (default: FILE with .html)")
+    view.set_defaults(run=_view)
+    return parser
+
+
+def _demo(arguments: argparse.Namespace) -> int:
+    from drake_aerial.demo import run_demo
+
+    with _progress("demo") as progress:
+        summary = run_demo(arguments.out, seed=arguments.seed, progress=progress)
+    print(summary)
+    return 0
+
+
+def _learn(arguments: argparse.Namespace) -> int:
+    from drake_aerial import Demonstration, learn
+
+    skill = learn(Demonstration.read(arguments.demonstration), seed=arguments.seed)
+    skill.save(arguments.out)
+    _report(
+        arguments.json,
+        {"skill": str(arguments.out), "label": skill.label, "grippers": skill.num_grippers},
+        f"learnt {skill.label!r} ({skill.num_grippers} gripper(s)) -> {arguments.out}",
+    )
+    return 0
+
+
+def _transfer(arguments: argparse.Namespace) -> int:
+    from drake_aerial import transfer
+    from drake_aerial.demo import read_scan, read_skill
+
+    skill = read_skill(arguments.skill)
+    cloud = read_scan(arguments.cloud, viewpoint=arguments.viewpoint, up=arguments.up)
+    with _progress("transfer") as progress:
+        solutions = transfer(
+            skill, cloud, method=arguments.method, top=arguments.top, seed=arguments.seed, progress=progress
+        )
+    solutions.write(arguments.out)
+    if arguments.html:
+        from drake_aerial.drawing.views import write_contacts_page
+
+        write_contacts_page(arguments.html, solutions, cloud)
+    _report(arguments.json, solutions.to_json(), f"{solutions.summary()}\n-> {arguments.out}")
+    return 0 if any(solution.feasible for solution in solutions.solutions) else 1
+
+
+def _fly(arguments: argparse.Namespace) -> int:
+    from drake_aerial import fly
+    from drake_aerial.drawing.replay import write_replay
+
+    with _progress("fly") as progress:
+        result = fly(
+            arguments.contacts,
+            payload=arguments.payload,
+            mass=arguments.mass,
+            solution=arguments.solution,
+            seed=arguments.seed,
+            belief=arguments.belief,
+            controller=arguments.controller,
+            trajectory=arguments.trajectory,
+            cable=arguments.cable,
+            progress=progress,
+        )
+    result.save(arguments.out)
+    write_replay(arguments.out / "flight.html", result)
+    _report(arguments.json, result.metrics, f"{result.summary()}\n-> {arguments.out}")
+    return 0 if result.metrics["outcome"] == "completed" else 1
+
+
+def _view(arguments: argparse.Namespace) -> int:
+    from drake_aerial.drawing.views import write_view
+
+    out = arguments.out or arguments.file.with_suffix(".html")
+    print(write_view(arguments.file, out))
+    return 0
+
+
+def _report(as_json: bool, document: dict[str, Any], text: str) -> None:
+    print(json.dumps(document) if as_json else text)
+
+
+@contextmanager
+def _progress(label: str) -> Iterator[Callable[[float, str], None]]:
+    """Yield a callback that takes the fraction done and what is being done; a bar on stderr where that is a terminal."""
+    from tqdm import tqdm
+
+    with tqdm(
+        total=100,
+        desc=label,
+        leave=False,
+        file=sys.stderr,
+        disable=None,
+        bar_format="{desc:<28.28} {percentage:3.0f}% |{bar}| {elapsed}",
+    ) as bar:
+
+        def update(fraction: float, what: str = "") -> None:
+            bar.set_description_str(what or label, refresh=False)
+            bar.n = 100.0 * min(max(fraction, 0.0), 1.0)
+            bar.refresh()
+
+        yield update
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split())
+
+
+def _positive(text: str) -> int:
+    value = int(text) if text.lstrip("+").isdigit() else 0
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} given, a whole number from 1 is accepted")
+    return value
+
+
+def _seed(text: str) -> int:
+    if not text.isdigit():
+        raise argparse.ArgumentTypeError(f"{text!r} given, a whole number from 0 is accepted")
+    return int(text)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
