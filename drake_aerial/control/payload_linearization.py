@@ -1,0 +1,246 @@
+"""Analytic linearisation of the payload model on its error state, and its discretisation; in batches.
+
+The error state is that of `payload_model.retract`. In the chart at a state x the motion
+x(t) = retract(x, delta(t)) obeys, to first order, delta' = rate + A delta + B (u - u_bar).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_aerial.control.payload_model import (
+    PayloadDerivative,
+    PayloadState,
+    derivative,
+    difference,
+    retract,
+    tangent_basis,
+    transport,
+)
+from drake_aerial.control.payload_parameters import PayloadModelParameters
+
+Array = NDArray[np.float64]
+
+_LEVI_CIVITA = np.zeros((3, 9))
+for _i, _j, _k, _s in ((0, 1, 2, -1), (0, 2, 1, 1), (1, 0, 2, 1), (1, 2, 0, -1), (2, 0, 1, -1), (2, 1, 0, 1)):
+    _LEVI_CIVITA[_i, 3 * _j + _k] = _s
+
+
+class Linearization(NamedTuple):
+    """The model about a batch of states, on the core y of the error state: all of it but p and v.
+
+    Attributes
+    ----------
+    rate : (B, nx) array
+        Chart velocity delta' at delta = 0.
+    A_v : (B, 3, ny) array
+        Derivative of the CoM's acceleration with respect to y; ny = nx - 6. p' = v is not stored.
+    A_y : (B, ny, ny) array
+        Derivative of y'.
+    B_F : (3 n,) array
+        Derivative of F' with respect to u, a diagonal; u acts on nothing else.
+    E : (B, n, 3, 2) array
+        The tangent bases in which the cables' errors are expressed.
+    at : PayloadDerivative
+        The time derivative of the states, for those who need accelerations or tensions.
+    """
+
+    rate: Array
+    A_v: Array
+    A_y: Array
+    B_F: Array
+    E: Array
+    at: PayloadDerivative
+
+    def full(self) -> tuple[Array, Array]:
+        """Return the dense A (B, nx, nx) and B (nx, 3 n)."""
+        B, ny = self.A_y.shape[:2]
+        nx, nu = ny + 6, len(self.B_F)
+        A = np.zeros((B, nx, nx))
+        A[:, 0:3, 3:6] = np.eye(3)
+        A[:, 3:6, 6:] = self.A_v
+        A[:, 6:, 6:] = self.A_y
+        G = np.zeros((nx, nu))
+        G[nx - nu :] = np.diag(self.B_F)
+        return A, G
+
+
+def _skew(v: Array) -> Array:
+    return (v @ _LEVI_CIVITA).reshape(*v.shape, 3)
+
+
+def linearize(model: PayloadModelParameters, x: PayloadState, u: Array) -> Linearization:
+    """Return the model linearised at states x (batch B) and commanded thrusts u (B, n, 3) [N].
+
+    The tensions are differentiated implicitly: with T held fixed first, then along D dT = -d(residual).
+    """
+    n, B = model.n, len(x.p)
+    a, m, l = model.arms, model.quadrotor_mass, model.cable_length
+    ny = 6 + 7 * n
+    iA, iB, iF = 6, 6 + 2 * n, 6 + 4 * n
+    d = derivative(model, x, u)
+    T = d.tension[:, :, None, None]
+    E = tangent_basis(x.xi)
+    tilt = np.empty_like(E)  # d xi / d alpha
+    tilt[..., 0] = -E[..., 1]
+    tilt[..., 1] = E[..., 0]
+    RT = np.swapaxes(x.R, 1, 2)
+    eta = x.xi @ x.R
+    arm = _skew(a)
+    pull = (T * arm) @ _skew(eta)  # T [a]x [eta]x: minus its sum is d(moment)/d(theta)
+    Wx = _skew(x.W)
+
+    # Moment about the CoM and acceleration of the CoM, tensions held fixed.
+    X = np.zeros((B, 6, ny))
+    N = X[:, 0:3]
+    N[:, :, 0:3] = -pull.sum(1)
+    N[:, :, 3:6] = _skew(x.W @ model.inertia) - Wx @ model.inertia
+    N[:, :, iA:iB] = np.swapaxes(pull @ (RT[:, None] @ E), 1, 2).reshape(B, 3, 2 * n)
+    X[:, 0:3, :iB] = model.inertia_inverse @ N[:, :, :iB]
+    X[:, 3:6, iA:iB] = np.swapaxes(tilt * (T / -model.mass), 1, 2).reshape(B, 3, 2 * n)
+    X_T = np.empty((B, 6, n))
+    S = (arm @ eta[..., None])[..., 0]
+    X_T[:, 0:3] = -np.swapaxes(S @ model.inertia_inverse, 1, 2)
+    X_T[:, 3:6] = np.swapaxes(x.xi, 1, 2) / -model.mass
+
+    # Accelerations of the contacts: G_i = a_cm + R (W' x a_i + W x (W x a_i)).
+    levers = np.empty((B, n, 3, 6))
+    levers[..., 0:3] = -(x.R[:, None] @ arm)
+    levers[..., 3:6] = np.eye(3)
+    lever = levers.reshape(B, 3 * n, 6)
+    own = np.empty((B, n, 3, 6))
+    own[..., 0:3] = _skew(d.arm_acceleration)
+    own[..., 3:6] = _skew((Wx @ a.T).swapaxes(1, 2)) + Wx[:, None] @ arm
+    own = -x.R[:, None] @ own
+    G = lever @ X
+    G[:, :, 0:6] += own.reshape(B, 3 * n, 6)
+
+    # How the tensions follow.
+    residual = -(x.xi[:, :, None] @ G.reshape(B, n, 3, ny))[:, :, 0]
+    by_tilt = (d.q[:, :, None] @ tilt)[:, :, 0] * -l[:, None]
+    spin = (x.w[:, :, None] @ E)[:, :, 0]
+    by_spin = spin * (-2.0 * l[:, None])
+    by_thrust = x.xi / m[:, None]
+    for i in range(n):
+        residual[:, i, iA + 2 * i : iA + 2 * i + 2] += by_tilt[:, i]
+        residual[:, i, iB + 2 * i : iB + 2 * i + 2] += by_spin[:, i]
+        residual[:, i, iF + 3 * i : iF + 3 * i + 3] += by_thrust[:, i]
+    dT = -np.linalg.solve(d.tension_matrix, residual)
+    X += X_T @ dT
+    G += (lever @ X_T) @ dT
+
+    A_y = np.zeros((B, ny, ny))
+    A_y[:, 0:3, 0:3] = -0.5 * Wx
+    A_y[:, 0:3, 3:6] = np.eye(3)
+    A_y[:, 3:6] = X[:, 0:3]
+    q_y = G.reshape(B, n, 3, ny) / l[:, None, None]
+    turn = _skew(d.q) @ E
+    for i in range(n):
+        q_y[:, i, :, iA + 2 * i : iA + 2 * i + 2] += turn[:, i]
+        q_y[:, i, range(3), range(iF + 3 * i, iF + 3 * i + 3)] -= 1.0 / (m[i] * l[i])
+    tiltT = np.swapaxes(tilt, -1, -2)
+    A_y[:, iB:iF] = (tiltT @ q_y).reshape(B, 2 * n, ny)
+    # Transport of w along the sphere: the chart's curvature, of second order in the cable's rate.
+    normal = np.stack([-spin[..., 1], spin[..., 0]], -1)
+    curvature = -0.5 * normal[..., :, None] * normal[..., None, :]
+    for i in range(n):
+        A_y[:, iB + 2 * i : iB + 2 * i + 2, iA + 2 * i : iA + 2 * i + 2] += curvature[:, i]
+    A_y[:, range(iA, iB), range(iB, iF)] = 1.0
+    B_F = 1.0 / model.thrust_lag.ravel()
+    A_y[:, range(iF, ny), range(iF, ny)] = -B_F
+
+    rate = np.concatenate(
+        [
+            d.v,
+            d.a,
+            d.W,
+            d.dW,
+            spin.reshape(B, 2 * n),
+            (tiltT @ d.q[..., None]).reshape(B, 2 * n),
+            d.dF.reshape(B, 3 * n),
+        ],
+        axis=1,
+    )
+    return Linearization(rate, X[:, 3:6], A_y, B_F, E, d)
+
+
+class DiscreteModel(NamedTuple):
+    """delta(h) = drift + Phi delta(0) + Gamma (u - u_bar), in the chart at the beginning of each step.
+
+    Attributes
+    ----------
+    Phi : (B, nx, nx) array
+    Gamma : (B, nx, 3 n) array
+    drift : (B, nx) array
+    """
+
+    Phi: Array
+    Gamma: Array
+    drift: Array
+
+
+def discretize(linear: Linearization, step: float) -> DiscreteModel:
+    """Return the exact flow of the linearised model over `step` [s] with constant input.
+
+    The matrix exponential and its integrals are Taylor series of the core y to the seventh order; p and v are
+    integrals of y. Exact to 1e-3 for lags down to step/1.7.
+    """
+    B, ny = linear.A_y.shape[:2]
+    nx, nu = ny + 6, len(linear.B_F)
+    one = np.eye(ny)
+    Z = step * linear.A_y
+    Z2 = Z @ Z
+    S3 = Z * (1 / 24) + Z2 * (1 / 120) + Z2 @ (Z * (1 / 720) + Z2 * (1 / 5040)) + one * (1 / 6)
+    S2 = Z @ S3 + 0.5 * one
+    S1 = Z @ S2 + one
+    A1, A2, A3 = linear.A_v @ S1, linear.A_v @ S2, linear.A_v @ S3
+    Phi = np.zeros((B, nx, nx))
+    Phi[:, range(6), range(6)] = 1.0
+    Phi[:, range(3), range(3, 6)] = step
+    Phi[:, 0:3, 6:] = step**2 * A2
+    Phi[:, 3:6, 6:] = step * A1
+    Phi[:, 6:, 6:] = Z @ S1 + one
+    Gamma = np.empty((B, nx, nu))
+    Gamma[:, 0:3] = step**3 * A3[:, :, -nu:]
+    Gamma[:, 3:6] = step**2 * A2[:, :, -nu:]
+    Gamma[:, 6:] = step * S1[:, :, -nu:]
+    Gamma *= linear.B_F
+    drift = np.empty((B, nx))
+    f_v, f_y = linear.rate[:, 3:6], linear.rate[:, 6:, None]
+    drift[:, 0:3] = step * linear.rate[:, 0:3] + 0.5 * step**2 * f_v + step**3 * (A3 @ f_y)[:, :, 0]
+    drift[:, 3:6] = step * f_v + step**2 * (A2 @ f_y)[:, :, 0]
+    drift[:, 6:] = step * (S1 @ f_y)[:, :, 0]
+    return DiscreteModel(Phi, Gamma, drift)
+
+
+def change_chart(
+    discrete: DiscreteModel, x: PayloadState, E: Array, y: PayloadState, E_y: Array
+) -> DiscreteModel:
+    """Return the steps that start in the charts at x, with their results expressed in the charts at y.
+
+    Parameters
+    ----------
+    discrete : DiscreteModel
+        Steps in the charts at x (batch B).
+    x, y : PayloadState
+        Where each step starts, and about where it ends: the distance from y enters to first order.
+    E, E_y : (B, n, 3, 2) arrays
+        Tangent bases at x and y.
+    """
+    B, n = x.xi.shape[:2]
+    iA = 12
+    drift = difference(y, retract(x, discrete.drift))
+    Phi, Gamma = discrete.Phi.copy(), discrete.Gamma.copy()
+    d, c = _skew(discrete.drift[:, 6:9]), _skew(drift[:, 6:9])
+    turn = (np.eye(3) + 0.5 * c) @ (np.eye(3) - 0.5 * d + d @ d / 6)
+    Phi[:, 6:9] = turn @ discrete.Phi[:, 6:9]
+    Gamma[:, 6:9] = turn @ discrete.Gamma[:, 6:9]
+    carried = np.swapaxes(transport(x.xi[:, :, None], y.xi[:, :, None], np.swapaxes(E, -1, -2)), -1, -2)
+    frame = np.swapaxes(E_y, -1, -2) @ carried
+    for M in (Phi, Gamma):
+        block = M[:, iA : iA + 4 * n].reshape(B, 2, n, 2, -1)
+        M[:, iA : iA + 4 * n] = (frame[:, None] @ block).reshape(B, 4 * n, -1)
+    return DiscreteModel(Phi, Gamma, drift)

@@ -1,0 +1,236 @@
+"""The dynamics of a payload on taut cables, batched over states.
+
+State: payload CoM position p and velocity v in the world, attitude R = R_WL, angular velocity W in the axes
+of L; per cable its direction xi (unit, from quadrotor to contact) and angular velocity w (perpendicular to
+xi), in the world; per quadrotor the thrust vector F in the world. Input u: the commanded thrust vectors.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_aerial.control.payload_parameters import GRAVITY, PayloadModelParameters
+from drake_aerial.geometry import cross, quat_from_matrix, quat_log, skew
+
+Array = NDArray[np.float64]
+
+
+class PayloadState(NamedTuple):
+    """A batch of states of the model.
+
+    Attributes
+    ----------
+    p, v : (B, 3) arrays
+        CoM position and velocity in the world [m, m/s].
+    R : (B, 3, 3) array
+        Attitude R_WL.
+    W : (B, 3) array
+        Angular velocity of the payload in the axes of L [rad/s].
+    xi, w : (B, n, 3) arrays
+        Cable directions (unit, quadrotor to contact) and their angular velocities [rad/s], in the world.
+    F : (B, n, 3) array
+        Thrust vectors in the world [N].
+    """
+
+    p: Array
+    v: Array
+    R: Array
+    W: Array
+    xi: Array
+    w: Array
+    F: Array
+
+
+class PayloadDerivative(NamedTuple):
+    """Time derivatives of a batch of states, and the tensions that act.
+
+    Attributes
+    ----------
+    v, a : (B, 3) arrays
+        Velocity and acceleration of the CoM in the world.
+    W, dW : (B, 3) arrays
+        Angular velocity (R' = R [W]x) and its derivative, in the axes of L.
+    w, dw : (B, n, 3) arrays
+        Angular velocities of the cables (xi' = w x xi) and their derivatives, in the world.
+    dF : (B, n, 3) array
+        Derivatives of the thrust vectors [N/s].
+    tension : (B, n) array
+        Cable tensions [N]; negative where the cable would have to push.
+    q : (B, n, 3) array
+        (contact acceleration + g e3 - F/m) / l, of which dw = xi x q.
+    arm_acceleration : (B, n, 3) array
+        W' x a + W x (W x a), in the axes of L.
+    tension_matrix : (B, n, n) array
+        The matrix of the linear system in the tensions [1/kg].
+    """
+
+    v: Array
+    a: Array
+    W: Array
+    dW: Array
+    w: Array
+    dw: Array
+    dF: Array
+    tension: Array
+    q: Array
+    arm_acceleration: Array
+    tension_matrix: Array
+
+
+def derivative(model: PayloadModelParameters, x: PayloadState, u: Array) -> PayloadDerivative:
+    """Return the time derivative of states x (batch B) under commanded thrusts u (B, n, 3) [N].
+
+    One linear system in the n tensions per state, then accelerations by substitution.
+    """
+    M, J, Jinv, a = model.mass, model.inertia, model.inertia_inverse, model.arms
+    m, l = model.quadrotor_mass, model.cable_length
+    eta = x.xi @ x.R
+    S = cross(a, eta)
+    gyro = cross(x.W @ J, x.W)
+    Wx = skew(x.W)
+    centripetal = np.swapaxes(Wx @ (Wx @ a.T), 1, 2)
+    D = x.xi @ np.swapaxes(x.xi, 1, 2) / M + (S @ Jinv) @ np.swapaxes(S, 1, 2)
+    D[:, range(model.n), range(model.n)] += 1.0 / m
+    rhs = (
+        l * (x.w * x.w).sum(-1)
+        - (x.xi * x.F).sum(-1) / m
+        + (eta * centripetal).sum(-1)
+        + (S @ (gyro @ Jinv)[:, :, None])[:, :, 0]
+    )
+    T = np.linalg.solve(D, rhs[:, :, None])
+    acceleration = (x.xi * (T / -M)).sum(1)
+    dW = (gyro - (S * T).sum(1)) @ Jinv
+    arm = cross(dW[:, None], a) + centripetal
+    q = (acceleration[:, None] + arm @ np.swapaxes(x.R, 1, 2) - x.F / m[:, None]) / l[:, None]
+    acceleration[:, 2] -= GRAVITY
+    return PayloadDerivative(
+        x.v, acceleration, x.W, dW, x.w, cross(x.xi, q), (u - x.F) / model.thrust_lag, T[:, :, 0], q, arm, D
+    )
+
+
+def rotation_exp(theta: Array) -> Array:
+    """Return the rotation matrices (B, 3, 3) of rotation vectors (B, 3) [rad]."""
+    K = skew(theta)
+    half = 0.5 * np.sqrt((theta * theta).sum(-1))[:, None, None] / np.pi
+    R = np.sinc(2.0 * half) * K + 0.5 * np.sinc(half) ** 2 * (K @ K)
+    R[:, range(3), range(3)] += 1.0
+    return R
+
+
+def rotation_log(R: Array) -> Array:
+    """Return the rotation vectors (B, 3) [rad] of rotation matrices (B, 3, 3)."""
+    axis = 0.5 * (R[:, (2, 0, 1), (1, 2, 0)] - R[:, (1, 2, 0), (2, 0, 1)])
+    sine = np.sqrt((axis * axis).sum(-1))
+    cosine = 0.5 * (R[:, 0, 0] + R[:, 1, 1] + R[:, 2, 2] - 1.0)
+    if cosine.min(initial=1.0) < -0.5:  # too near a half turn for the antisymmetric part
+        return quat_log(quat_from_matrix(R))
+    return axis * np.where(sine > 1e-9, np.arctan2(sine, cosine) / np.maximum(sine, 1e-300), 1.0)[:, None]
+
+
+def tangent_basis(xi: Array) -> Array:
+    """Return E (..., 3, 2) with (E1, E2, xi) orthonormal and right-handed; smooth unless xi = e3."""
+    x, y, z = xi[..., 0], xi[..., 1], xi[..., 2]
+    s = 1.0 / np.maximum(1.0 - z, 1e-12)
+    E = np.empty((*xi.shape, 2))
+    E[..., 0, 0] = 1.0 - x * x * s
+    E[..., 0, 1] = E[..., 1, 0] = x * y * s
+    E[..., 1, 1] = y * y * s - 1.0
+    E[..., 1, 0] *= -1.0
+    E[..., 2, 0] = x
+    E[..., 2, 1] = -y
+    return E
+
+
+def transport(a: Array, b: Array, vector: Array) -> Array:
+    """Rotate `vector` (..., 3) by the smallest rotation that takes unit a (..., 3) to unit b (..., 3)."""
+    c = cross(a, b)
+    cv = cross(c, vector)
+    return vector + cv + cross(c, cv) / (1.0 + (a * b).sum(-1))[..., None]
+
+
+def retract(x: PayloadState, delta: Array) -> PayloadState:
+    """Return x moved by error states delta (B, nx).
+
+    Order of the error: p, v, rotation vector of R in L's axes, W (3 each); rotation of each direction about E
+    (2 n); change of each w along the transported E (2 n); F (3 n). nx = 12 + 7 n.
+    """
+    B, n = x.xi.shape[:2]
+    E = tangent_basis(x.xi)
+    rho = (E @ delta[:, 12 : 12 + 2 * n].reshape(B, n, 2, 1))[..., 0]
+    angle = np.linalg.norm(rho, axis=-1, keepdims=True)
+    xi = np.cos(angle) * x.xi + np.sinc(angle / np.pi) * cross(rho, x.xi)
+    w = x.w + (E @ delta[:, 12 + 2 * n : 12 + 4 * n].reshape(B, n, 2, 1))[..., 0]
+    return PayloadState(
+        x.p + delta[:, 0:3],
+        x.v + delta[:, 3:6],
+        x.R @ rotation_exp(delta[:, 6:9]),
+        x.W + delta[:, 9:12],
+        xi,
+        transport(x.xi, xi, w),
+        x.F + delta[:, 12 + 4 * n :].reshape(B, n, 3),
+    )
+
+
+def difference(x: PayloadState, y: PayloadState) -> Array:
+    """Return the error states (B, nx) that `retract` x to y."""
+    B, n = x.xi.shape[:2]
+    ET = np.swapaxes(tangent_basis(x.xi), -1, -2)
+    c = cross(x.xi, y.xi)
+    sine = np.linalg.norm(c, axis=-1, keepdims=True)
+    angle = np.arctan2(sine, (x.xi * y.xi).sum(-1, keepdims=True))
+    rho = c * np.where(sine > 1e-9, angle / np.maximum(sine, 1e-300), 1.0)
+    dw = transport(y.xi, x.xi, y.w) - x.w
+    theta = rotation_log(np.swapaxes(x.R, 1, 2) @ y.R)
+    return np.concatenate(
+        [
+            y.p - x.p,
+            y.v - x.v,
+            theta,
+            y.W - x.W,
+            (ET @ rho[..., None]).reshape(B, 2 * n),
+            (ET @ dw[..., None]).reshape(B, 2 * n),
+            (y.F - x.F).reshape(B, 3 * n),
+        ],
+        axis=1,
+    )
+
+
+def integrate(
+    model: PayloadModelParameters, x: PayloadState, u: Array, step: float, steps: int = 1
+) -> PayloadState:
+    """Return the states after `steps` Runge-Kutta (4th order) steps of `step` [s] each with constant u (B, n, 3)."""
+
+    def flow(rate: PayloadState | None, scale: float) -> PayloadState:
+        if rate is None:
+            return x
+        xi = x.xi + scale * rate.xi
+        return PayloadState(
+            x.p + scale * rate.p,
+            x.v + scale * rate.v,
+            x.R @ rotation_exp(scale * rate.R),
+            x.W + scale * rate.W,
+            xi / np.linalg.norm(xi, axis=-1, keepdims=True),
+            x.w + scale * rate.w,
+            x.F + scale * rate.F,
+        )
+
+    def rates(before: PayloadState | None, scale: float) -> PayloadState:
+        at = flow(before, scale)
+        d = derivative(model, at, u)
+        # The rotation is integrated in the exponential chart at x, where theta' is this series of W.
+        theta = np.zeros_like(d.W) if before is None else scale * before.R
+        half = cross(theta, d.W)
+        theta_dot = d.W + half / 2 + cross(theta, half) / 12
+        return PayloadState(d.v, d.a, theta_dot, d.dW, cross(at.w, at.xi), d.dw, d.dF)
+
+    for _ in range(steps):
+        k1 = rates(None, 0.0)
+        k2 = rates(k1, step / 2)
+        k3 = rates(k2, step / 2)
+        k4 = rates(k3, step)
+        x = flow(PayloadState(*((a + 2 * b + 2 * c + d) / 6 for a, b, c, d in zip(k1, k2, k3, k4))), step)
+        x = x._replace(w=x.w - x.xi * (x.w * x.xi).sum(-1, keepdims=True))
+    return x

@@ -1,0 +1,168 @@
+import numpy as np
+import pytest
+from payload_cases import random_input, random_model, random_state
+
+from drake_aerial.control.payload_model import (
+    derivative,
+    difference,
+    integrate,
+    retract,
+    rotation_exp,
+    rotation_log,
+)
+from drake_aerial.control.payload_parameters import GRAVITY, PayloadModelParameters
+from drake_aerial.errors import InputError
+from drake_aerial.geometry import matrix_from_quat, quat_from_two_vectors, skew
+
+
+def newton_euler(model, x, k):
+    """Solve all bodies' Newton-Euler equations with one rod multiplier per cable; state k of the batch.
+
+    Unknowns: payload acceleration and angular acceleration (world), each quadrotor's acceleration, tensions.
+    """
+    n, M = model.n, model.mass
+    R = x.R[k]
+    J = R @ model.inertia @ R.T
+    W = R @ x.W[k]
+    arms = model.arms @ R.T
+    size = 6 + 3 * n + n
+    lhs, rhs = np.zeros((size, size)), np.zeros(size)
+    lhs[0:3, 0:3], rhs[0:3] = M * np.eye(3), [0.0, 0.0, -M * GRAVITY]
+    lhs[3:6, 3:6], rhs[3:6] = J, -np.cross(W, J @ W)
+    for i in range(n):
+        rows, t = slice(6 + 3 * i, 9 + 3 * i), 6 + 3 * n + i
+        xi, m = x.xi[k, i], model.quadrotor_mass[i]
+        lhs[rows, rows] = m * np.eye(3)
+        rhs[rows] = x.F[k, i] - [0.0, 0.0, m * GRAVITY]
+        lhs[rows, t] = -xi  # the quadrotor is pulled towards the contact
+        lhs[0:3, t] = xi  # and the contact towards the quadrotor
+        lhs[3:6, t] = np.cross(arms[i], xi)
+        # |d|^2 = l^2 for d = p_C - p_Q, twice differentiated: d.d'' + |d'|^2 = 0.
+        l = model.cable_length[i]
+        gap, gap_rate = l * xi, l * np.cross(x.w[k, i], xi)
+        lhs[t, 0:3] = gap
+        lhs[t, 3:6] = -gap @ skew(arms[i])
+        lhs[t, rows] = -gap
+        rhs[t] = -gap_rate @ gap_rate - gap @ np.cross(W, np.cross(W, arms[i]))
+    solution = np.linalg.solve(lhs, rhs)
+    dW_world = solution[3:6]
+    contact = solution[0:3] + np.cross(dW_world, arms) + np.cross(W, np.cross(W, arms))
+    gap_acceleration = contact - solution[6 : 6 + 3 * n].reshape(n, 3)
+    dw = np.cross(x.xi[k], gap_acceleration / model.cable_length[:, None])
+    return solution[0:3], R.T @ dW_world, dw, solution[6 + 3 * n :]
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 6])
+def test_accelerations_and_tensions_agree_with_newton_euler(n):
+    model = random_model(n, seed=n)
+    x, u = random_state(n, 8, seed=n), random_input(n, 8)
+    d = derivative(model, x, u)
+    for k in range(8):
+        a, dW, dw, tension = newton_euler(model, x, k)
+        for got, expected in ((d.a[k], a), (d.dW[k], dW), (d.dw[k], dw), (d.tension[k], tension)):
+            np.testing.assert_allclose(got, expected, rtol=0, atol=1e-12 * max(1.0, np.abs(expected).max()))
+
+
+def test_thrust_follows_the_command_with_its_lag():
+    model = random_model(2)
+    x, u = random_state(2, 3), random_input(2, 3)
+    np.testing.assert_allclose(derivative(model, x, u).dF, (u - x.F) / model.thrust_lag, rtol=1e-14)
+
+
+def test_the_order_of_the_quadrotors_does_not_matter():
+    model, x, u = random_model(4), random_state(4, 5), random_input(4, 5)
+    order = [2, 0, 3, 1]
+    shuffled = PayloadModelParameters(
+        model.mass,
+        model.inertia,
+        model.p_LC[order],
+        model.p_LLcm,
+        model.quadrotor_mass[order],
+        model.cable_length[order],
+        model.thrust_lag[order],
+    )
+    d = derivative(model, x, u)
+    e = derivative(shuffled, x._replace(xi=x.xi[:, order], w=x.w[:, order], F=x.F[:, order]), u[:, order])
+    np.testing.assert_allclose(e.a, d.a, atol=1e-12)
+    np.testing.assert_allclose(e.tension, d.tension[:, order], atol=1e-12)
+    np.testing.assert_allclose(e.dw, d.dw[:, order], atol=1e-11)
+
+
+def test_retract_and_difference_are_inverse():
+    x = random_state(3, 50)
+    delta = np.random.default_rng(3).normal(0.0, 0.4, (50, 12 + 21))
+    y = retract(x, delta)
+    np.testing.assert_allclose(difference(x, y), delta, atol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(y.xi, axis=-1), 1.0, atol=1e-14)
+    np.testing.assert_allclose((y.xi * y.w).sum(-1), 0.0, atol=1e-13)
+
+
+def test_energy_is_kept_without_thrust():
+    model = random_model(3)
+    x = random_state(3, 4, seed=5, rates=0.5)._replace(F=np.zeros((4, 3, 3)))
+
+    def energy(x):
+        arms = model.arms @ np.swapaxes(x.R, 1, 2)
+        contact = x.p[:, None] + arms
+        omega = (x.R @ x.W[:, :, None])[:, :, 0]
+        velocity = x.v[:, None] + np.cross(omega[:, None], arms)
+        l = model.cable_length[:, None]
+        quadrotor, speed = contact - l * x.xi, velocity - l * np.cross(x.w, x.xi)
+        m = model.quadrotor_mass
+        return (
+            0.5 * model.mass * (x.v**2).sum(-1)
+            + model.mass * GRAVITY * x.p[:, 2]
+            + 0.5 * np.einsum("bi,ij,bj->b", x.W, model.inertia, x.W)
+            + 0.5 * (m * (speed**2).sum(-1)).sum(-1)
+            + GRAVITY * (m * quadrotor[:, :, 2]).sum(-1)
+        )
+
+    after = integrate(model, x, np.zeros((4, 3, 3)), 2e-4, 1000)
+    drift = np.abs(energy(after) - energy(x))
+    coarse = integrate(model, x, np.zeros((4, 3, 3)), 2e-3, 100)
+    assert drift.max() < 1e-7
+    assert np.abs(energy(coarse) - energy(x)).max() > 10 * drift.max()  # what is left is the integrator's
+
+
+def test_a_hanging_payload_pulls_with_its_weight():
+    model = PayloadModelParameters(0.25, np.diag([0.006, 0.0059, 0.0107]), [[0.1, 0.0, 0.14]])
+    a = model.arms[0] / np.linalg.norm(model.arms[0])
+    R = matrix_from_quat(quat_from_two_vectors(a, np.array([0.0, 0.0, 1.0])))
+    x = random_state(1, 1, rates=0.0)._replace(
+        R=R[None], xi=np.array([[[0.0, 0.0, -1.0]]]), F=np.array([[[0.0, 0.0, 0.5 * GRAVITY]]])
+    )
+    d = derivative(model, x, x.F)
+    assert d.tension[0, 0] == pytest.approx(0.25 * GRAVITY, rel=1e-12)
+    for value in (d.a, d.dW, d.dw):
+        np.testing.assert_allclose(value, 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"mass": 0.0}, "mass must be strictly positive"),
+        ({"inertia": np.diag([0.006, 0.0059, 0.107])}, "impossible"),
+        ({"inertia": np.ones((2, 2))}, "shape"),
+        ({"cable_length": [0.5, 0.5]}, "cable_length must be of shape"),
+        ({"quadrotor_mass": -1.0}, "quadrotor_mass must be strictly positive"),
+        ({"p_LC": np.zeros((0, 3))}, "p_LC"),
+        ({"min_thrust": 8.0}, "thrust limits"),
+        ({"p_LLcm": [0.0, np.nan, 0.0]}, "finite"),
+    ],
+)
+def test_impossible_parameters_are_refused(change, message):
+    good = {"mass": 0.25, "inertia": np.diag([0.006, 0.0059, 0.0107]), "p_LC": [[0.0, 0.0, 0.14]]}
+    with pytest.raises(InputError, match=message):
+        PayloadModelParameters(**{**good, **change})
+
+
+def test_rotation_vectors_and_matrices_are_inverse_up_to_a_half_turn():
+    from scipy.spatial.transform import Rotation
+
+    rng = np.random.default_rng(0)
+    theta = rng.normal(size=(60, 3))
+    theta *= (np.linspace(0.0, np.pi - 1e-3, 60) / np.linalg.norm(theta, axis=1))[:, None]
+    for part in (theta, theta[:30]):
+        R = rotation_exp(part)
+        np.testing.assert_allclose(R, Rotation.from_rotvec(part).as_matrix(), atol=1e-14)
+        np.testing.assert_allclose(rotation_log(R), part, atol=1e-12)
