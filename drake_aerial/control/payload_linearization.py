@@ -216,9 +216,7 @@ def discretize(linear: Linearization, step: float) -> DiscreteModel:
     return DiscreteModel(Phi, Gamma, drift)
 
 
-def change_chart(
-    discrete: DiscreteModel, x: PayloadState, E: Array, y: PayloadState, E_y: Array
-) -> DiscreteModel:
+def change_chart(discrete: DiscreteModel, x: PayloadState, E: Array, y: PayloadState, E_y: Array) -> DiscreteModel:
     """Return the steps that start in the charts at x, with their results expressed in the charts at y.
 
     Parameters

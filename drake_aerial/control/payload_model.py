@@ -198,10 +198,8 @@ def difference(x: PayloadState, y: PayloadState) -> Array:
     )
 
 
-def integrate(
-    model: PayloadModelParameters, x: PayloadState, u: Array, step: float, steps: int = 1
-) -> PayloadState:
-    """Return the states after `steps` Runge-Kutta (4th order) steps of `step` [s] each with constant u (B, n, 3)."""
+def integrate(model: PayloadModelParameters, x: PayloadState, u: Array, step: float, steps: int = 1) -> PayloadState:
+    """Return the states after `steps` steps of 4th-order Runge-Kutta, `step` [s] long, u constant."""
 
     def flow(rate: PayloadState | None, scale: float) -> PayloadState:
         if rate is None:

@@ -76,9 +76,7 @@ class PayloadModelParameters:
             if not (values[name] > 0.0).all():
                 raise InputError(f"{name} must be strictly positive but got {values[name].tolist()}")
         if not (values["max_thrust"] > values["min_thrust"]).all() or (values["min_thrust"] < 0.0).any():
-            raise InputError(
-                "thrust limits must satisfy 0 <= min_thrust < max_thrust [N] for every quadrotor"
-            )
+            raise InputError("thrust limits must satisfy 0 <= min_thrust < max_thrust [N] for every quadrotor")
         for name, value in values.items():
             value.setflags(write=False)
             object.__setattr__(self, name, value)

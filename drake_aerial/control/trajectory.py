@@ -196,11 +196,7 @@ class WaypointTrajectory(Trajectory):
     name = "waypoints"
 
     def __post_init__(self) -> None:
-        if (
-            isinstance(self.waypoints, (str, bytes))
-            or not np.iterable(self.waypoints)
-            or not len(self.waypoints)
-        ):
+        if isinstance(self.waypoints, (str, bytes)) or not np.iterable(self.waypoints) or not len(self.waypoints):
             raise InputError(f"waypoints must be a list of points (x, y, z) [m] but got {self.waypoints!r}")
         object.__setattr__(self, "waypoints", tuple(_point("waypoints", w) for w in self.waypoints))
         if np.iterable(self.leg_times):
@@ -210,18 +206,12 @@ class WaypointTrajectory(Trajectory):
     def _chain(self) -> list[Segment]:
         chain = _take_off(self.start, self.ground_time, self.lift_time, self.lift_height)
         here = base = chain[-1].end if chain else np.array(self.start)
-        times = (
-            self.leg_times if isinstance(self.leg_times, tuple) else (self.leg_times,) * len(self.waypoints)
-        )
+        times = self.leg_times if isinstance(self.leg_times, tuple) else (self.leg_times,) * len(self.waypoints)
         if len(times) != len(self.waypoints):
-            raise InputError(
-                f"leg_times has {len(times)} entries for {len(self.waypoints)} waypoints: give as many"
-            )
+            raise InputError(f"leg_times has {len(times)} entries for {len(self.waypoints)} waypoints: give as many")
         for waypoint, seconds in zip(self.waypoints, times):
             there = base + np.array(waypoint)
-            chain.append(
-                Line("waypoints", _number("leg_times", seconds, low=1e-3), tuple(here), tuple(there))
-            )
+            chain.append(Line("waypoints", _number("leg_times", seconds, low=1e-3), tuple(here), tuple(there)))
             here = there
         return [*chain, _rest("hover", _number("hover_time", self.hover_time), tuple(here))]
 

@@ -40,9 +40,7 @@ def read_trajectory(name_or_file: str | Path | Trajectory) -> Trajectory:
         return TRAJECTORIES[str(name_or_file)]()
     path = Path(name_or_file)
     if not path.is_file():
-        raise InputError(
-            f"no trajectory {str(name_or_file)!r}: give a YAML file or one of {', '.join(TRAJECTORIES)}"
-        )
+        raise InputError(f"no trajectory {str(name_or_file)!r}: give a YAML file or one of {', '.join(TRAJECTORIES)}")
     try:
         content = yaml.safe_load(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
@@ -65,9 +63,7 @@ def trajectory_from_dict(content: Any) -> Trajectory:
     known = [f.name for f in fields(TRAJECTORIES[kind])]
     for key in parameters:
         if key not in known:
-            raise InputError(
-                f"unknown key {key!r}{_nearest(key, known)}: a {kind} trajectory has {', '.join(known)}"
-            )
+            raise InputError(f"unknown key {key!r}{_nearest(key, known)}: a {kind} trajectory has {', '.join(known)}")
     return TRAJECTORIES[kind](**parameters)
 
 

@@ -1,0 +1,106 @@
+"""From thrust and moments to four propeller speeds, with the limits of each propeller; pure functions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from drake_aerial.errors import InputError
+
+Array = NDArray[np.float64]
+Four = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Allocation:
+    """Four propellers that push along +z of the quadrotor's frame Q.
+
+    Parameters
+    ----------
+    p_QR : (4, 3) array
+        Propeller positions in Q [m], Q's origin being the quadrotor's CoM.
+    thrust_ratio : float
+        Thrust per squared speed [N/rpm^2].
+    moment_ratio : (4,) array
+        Moment about z per squared speed [N m/rpm^2], signed by the propeller's sense.
+    min_rpm, max_rpm : float
+        Speed limits of every propeller [rpm].
+    """
+
+    p_QR: Any
+    thrust_ratio: float
+    moment_ratio: Any
+    min_rpm: float
+    max_rpm: float
+
+    def __post_init__(self) -> None:
+        p, k = np.asarray(self.p_QR, float), np.asarray(self.moment_ratio, float)
+        if p.shape != (4, 3) or k.shape != (4,):
+            raise InputError(f"four propellers are needed, p_QR (4, 3) and moment_ratio (4,), got {p.shape}, {k.shape}")
+        if not 0.0 <= self.min_rpm < self.max_rpm or not self.thrust_ratio > 0.0:
+            raise InputError(
+                "propellers need 0 <= min_rpm < max_rpm and thrust_ratio > 0 but got "
+                f"{self.min_rpm}, {self.max_rpm}, {self.thrust_ratio}"
+            )
+        kf = self.thrust_ratio
+        G = np.array([np.full(4, kf), kf * p[:, 1], -kf * p[:, 0], k])
+        if abs(np.linalg.det(G / np.linalg.norm(G, axis=1, keepdims=True))) < 1e-6:
+            raise InputError("these four propellers cannot make thrust and three moments independently")
+        object.__setattr__(self, "p_QR", p)
+        object.__setattr__(self, "moment_ratio", k)
+        object.__setattr__(self, "matrix", G)
+        object.__setattr__(self, "_columns", tuple(map(tuple, np.linalg.inv(G).T.tolist())))
+
+    matrix = np.zeros((4, 4))
+    """G (4, 4): squared speeds to thrust [N] and moments about Q's x, y, z [N m]."""
+    _columns: tuple[Four, Four, Four, Four] = ((0.0,) * 4,) * 4
+
+    @property
+    def min_thrust(self) -> float:
+        """Thrust with all propellers at their slowest [N]."""
+        return 4.0 * self.thrust_ratio * self.min_rpm**2
+
+    @property
+    def max_thrust(self) -> float:
+        """Thrust with all propellers at their fastest [N]."""
+        return 4.0 * self.thrust_ratio * self.max_rpm**2
+
+    def wrench(self, squared_rpm: ArrayLike) -> Array:
+        """Return thrust [N] and moments [N m] (..., 4) of squared speeds (..., 4) [rpm^2]."""
+        return np.asarray(squared_rpm, float) @ self.matrix.T
+
+
+def allocate(propellers: Allocation, thrust: float, mx: float, my: float, mz: float) -> tuple[list[float], bool]:
+    """Return squared speeds [rpm^2] for a thrust [N] and moments [N m], and whether a limit was met.
+
+    Inside the limits the wrench is met exactly. Otherwise yaw is given up first, then thrust is shifted just as far as
+    roll and pitch need, and last roll and pitch are scaled down together: what keeps the vehicle upright goes last.
+    Every squared speed returned lies within the limits.
+    """
+    low, high = propellers.min_rpm**2, propellers.max_rpm**2
+    cf, cx, cy, cz = propellers._columns
+    tilt = [mx * cx[i] + my * cy[i] for i in range(4)]
+    yaw = [mz * c for c in cz]
+    plain = [thrust * cf[i] + tilt[i] for i in range(4)]
+    full = [plain[i] + yaw[i] for i in range(4)]
+    if min(full) >= low and max(full) <= high:
+        return full, False
+    if min(plain) >= low and max(plain) <= high:
+        keep = 1.0
+        for base, extra in zip(plain, yaw):
+            if extra > 0.0:
+                keep = min(keep, (high - base) / extra)
+            elif extra < 0.0:
+                keep = min(keep, (low - base) / extra)
+        return [min(max(plain[i] + keep * yaw[i], low), high) for i in range(4)], True
+    # With equal propellers every entry of cf is the same; the smallest room decides in any case.
+    spread = max(tilt) - min(tilt)
+    scale = min(1.0, (high - low) / spread) if spread > 0.0 else 1.0
+    tilt = [scale * x for x in tilt]
+    least = max((low - x) / c for x, c in zip(tilt, cf))
+    most = min((high - x) / c for x, c in zip(tilt, cf))
+    thrust = min(max(thrust, least), most)
+    return [min(max(thrust * cf[i] + tilt[i], low), high) for i in range(4)], True
