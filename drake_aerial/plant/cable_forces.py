@@ -1,0 +1,250 @@
+"""Cable tensions as a system: read from the solver for inextensible cables, made by a spring for elastic ones."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.common.value import AbstractValue, Value
+from pydrake.multibody.math import SpatialForce
+from pydrake.multibody.plant import ExternallyAppliedSpatialForce, MultibodyPlant
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    DiagramBuilder,
+    DiscreteValues,
+    EventStatus,
+    LeafSystem,
+    OutputPort,
+    ValueProducer,
+)
+
+from drake_aerial.errors import InputError
+from drake_aerial.geometry import Array
+from drake_aerial.plant.cable import Cable
+from drake_aerial.plant.cable_geometry import contact_offsets
+
+
+class CableTensions(LeafSystem):
+    """Tensions of n inextensible cables, from the reaction forces of their prismatic joints.
+
+    | port | size | meaning |
+    |---|---|---|
+    | in `reaction_forces` | abstract | the plant's port of that name |
+    | out `tension` | n | [N]; 0 while slack |
+    """
+
+    def __init__(self, plant: MultibodyPlant, cables: list[Cable]):
+        super().__init__()
+        self._joints = [int(cable.slide.index()) for cable in cables if cable.slide is not None]
+        model_value = plant.get_reaction_forces_output_port().Allocate()
+        self._forces = self.DeclareAbstractInputPort("reaction_forces", model_value)
+        self.DeclareVectorOutputPort("tension", len(self._joints), self._calc)
+
+    def _calc(self, context: Context, output: BasicVector) -> None:
+        forces = self._forces.Eval(context)
+        # The joint's axis is its frame's -z, so what holds the gripper back is along +z.
+        output.SetFromVector([max(0.0, forces[j].translational()[2]) for j in self._joints])
+
+
+class ElasticCables(LeafSystem):
+    """n cables that are springs with damping while longer than their length, and nothing otherwise.
+
+    T = max(0, k (d - l) + c d') if d > l, else 0. A gripper that is pulled off (T (-xi.normal) above its holding force) has T = 0 from
+    then on.
+
+    | port | size | meaning |
+    |---|---|---|
+    | in `payload_state` | 13 | w x y z, position, angular and linear velocity of L in the world |
+    | in `quadrotor_states` | 13 n | the same of each Q |
+    | out `applied_spatial_force` | abstract | for the plant |
+    | out `tension` | n | [N] |
+    | out `attached` | n | 1 attached, 0 released (the discrete state) |
+    """
+
+    def __init__(self, plant: MultibodyPlant, cables: list[Cable]):
+        super().__init__()
+        n = len(cables)
+        self._p_LC = np.stack([cable.gripper.p_LC for cable in cables])
+        self._normal_L = np.stack([cable.gripper.normal_L for cable in cables])
+        self._hold = np.array([cable.gripper.parameters.holding_force for cable in cables])
+        self._length = np.array([cable.parameters.length for cable in cables])
+        self._k = np.array([cable.parameters.stiffness for cable in cables])
+        self._c = np.array([cable.parameters.damping for cable in cables])
+        self._payload = cables[0].gripper.payload.body.index()
+        self._quadrotors = [cable.quadrotor.body.index() for cable in cables]
+        self._payload_state = self.DeclareVectorInputPort("payload_state", 13)
+        self._quadrotor_states = self.DeclareVectorInputPort("quadrotor_states", 13 * n)
+        state = self.DeclareDiscreteState(np.ones(n))
+        sources = {self._payload_state.ticket(), self._quadrotor_states.ticket(), self.discrete_state_ticket(state)}
+        # One evaluation serves the forces, the tensions and the release.
+        producer = ValueProducer(allocate=lambda: Value[object](), calc=self._calc_pull)
+        self._pull = self.DeclareCacheEntry("pull", producer, sources)
+        model = plant.AllocateInputAbstract(plant.get_applied_spatial_force_input_port())
+        self.DeclareAbstractOutputPort("applied_spatial_force", model.Clone, self._calc_forces, sources)
+        self.DeclareVectorOutputPort("tension", n, self._calc_tension, sources)
+        self.DeclareStateOutputPort("attached", state)
+        self.DeclarePeriodicDiscreteUpdateEvent(plant.time_step(), 0.0, self._release)
+
+    def _calc_pull(self, context: Context, value: AbstractValue) -> None:
+        attached = context.get_discrete_state_vector().value()
+        offsets = contact_offsets(self._payload_state.Eval(context), self._quadrotor_states.Eval(context), self._p_LC)
+        distance = np.sqrt(np.einsum("ij,ij->i", offsets.p_QC_W, offsets.p_QC_W))
+        xi = offsets.p_QC_W / np.maximum(distance, 1e-9)[:, None]
+        stretch = distance - self._length
+        rate = np.einsum("ij,ij->i", xi, offsets.v_QC_W)
+        tension = np.where(stretch > 0.0, np.maximum(0.0, self._k * stretch + self._c * rate), 0.0) * attached
+        value.set_value((tension, xi, offsets.R_WL))
+
+    def _calc_tension(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self._pull.Eval(context)[0])
+
+    def _calc_forces(self, context: Context, value: AbstractValue) -> None:
+        tension, xi, _ = self._pull.Eval(context)
+        forces = []
+        for i, T in enumerate(tension):
+            if T == 0.0:
+                continue
+            at_quadrotor, at_contact = ExternallyAppliedSpatialForce(), ExternallyAppliedSpatialForce()
+            at_quadrotor.body_index = self._quadrotors[i]
+            at_quadrotor.F_Bq_W = SpatialForce(np.zeros(3), T * xi[i])
+            at_contact.body_index = self._payload
+            at_contact.p_BoBq_B = self._p_LC[i]
+            at_contact.F_Bq_W = SpatialForce(np.zeros(3), -T * xi[i])
+            forces += [at_quadrotor, at_contact]
+        value.set_value(forces)
+
+    def _release(self, context: Context, discrete_state: DiscreteValues) -> EventStatus:
+        tension, xi, R_WL = self._pull.Eval(context)
+        torn = normal_pull(tension, xi, self._normal_L @ R_WL.T) > self._hold
+        if not torn.any():
+            return EventStatus.DidNothing()
+        attached = context.get_discrete_state_vector().value() * ~torn
+        discrete_state.get_mutable_vector().SetFromVector(attached)
+        return EventStatus.Succeeded()
+
+
+def normal_pull(tension: Array, xi: Array, normal: Array) -> Array:
+    """Return the pulls (n,) [N] of cables along -xi (n, 3) on magnets whose outward normals are `normal` (n, 3)."""
+    return tension * np.maximum(0.0, -np.einsum("ij,ij->i", xi, normal))
+
+
+class GripperRelease:
+    """Lets inextensible cables' overloaded grippers go: a monitor for `Simulator.set_monitor`.
+
+    A constraint's status is part of the plant's context, and no system may write another's; so the release happens between two steps.
+    It is looked for at every step, unless no gripper can let go.
+    """
+
+    def __init__(self, plant: MultibodyPlant, cables: list[Cable], tensions: OutputPort):
+        """Watch `cables`, whose tensions (n) [N] are on the port `tensions`, of a diagram that holds `plant`."""
+        self._plant = plant
+        self._tensions = tensions
+        self._cables = cables
+        self._p_LC = np.stack([cable.gripper.p_LC for cable in cables])
+        self._normal_L = np.stack([cable.gripper.normal_L for cable in cables])
+        self._hold = np.array([cable.gripper.parameters.holding_force for cable in cables])
+
+    @property
+    def is_needed(self) -> bool:
+        """Whether any gripper can let go at all."""
+        return any(cable.grip is not None for cable in self._cables) and bool(np.isfinite(self._hold).any())
+
+    def attached(self, root_context: Context) -> Array:
+        """Return which grippers (n,) hold, as booleans, in the context of the whole diagram."""
+        context = self._plant.GetMyContextFromRoot(root_context)
+        return np.array(
+            [c.grip is None or self._plant.GetConstraintActiveStatus(context, c.grip) for c in self._cables]
+        )
+
+    def __call__(self, root_context: Context) -> EventStatus:
+        """Release what is overloaded in the context of the whole diagram."""
+        system = self._tensions.get_system()
+        tension = self._tensions.Eval(system.GetMyContextFromRoot(root_context))
+        # The pull along the normal is at most the tension, so most steps end here.
+        if not (tension > self._hold).any():
+            return EventStatus.DidNothing()
+        plant = self._plant
+        context = plant.GetMyMutableContextFromRoot(root_context)
+        X_WL = plant.EvalBodyPoseInWorld(context, self._cables[0].gripper.payload.body)
+        released = False
+        for i, cable in enumerate(self._cables):
+            p_WQ = plant.EvalBodyPoseInWorld(context, cable.quadrotor.body).translation()
+            p_QC = X_WL @ self._p_LC[i] - p_WQ
+            normal = X_WL.rotation() @ self._normal_L[i]
+            pull = tension[i] * max(0.0, -float(p_QC @ normal)) / max(float(np.linalg.norm(p_QC)), 1e-9)
+            if pull > self._hold[i] and plant.GetConstraintActiveStatus(context, cable.grip):
+                plant.SetConstraintActiveStatus(context, cable.grip, False)
+                released = True
+        return EventStatus.Succeeded() if released else EventStatus.DidNothing()
+
+
+@dataclass(frozen=True, eq=False)
+class CableSystem:
+    """What `connect_cables` added for n cables of one kind.
+
+    Attributes
+    ----------
+    system : LeafSystem
+        `CableTensions` or `ElasticCables`.
+    tension : OutputPort
+        (n) [N]
+    forces : OutputPort or None
+        Spatial forces for the plant's applied_spatial_force port (elastic kind).
+    release : GripperRelease or None
+        The monitor that lets overloaded grippers go (inextensible kind).
+    """
+
+    system: LeafSystem
+    tension: OutputPort
+    forces: OutputPort | None
+    release: GripperRelease | None
+
+    def attached(self, root_context: Context) -> Array:
+        """Return which grippers (n,) hold, as booleans, in the context of the whole diagram."""
+        if self.release is not None:
+            return self.release.attached(root_context)
+        context = self.system.GetMyContextFromRoot(root_context)
+        return context.get_discrete_state_vector().value() > 0.5
+
+
+def connect_cables(
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    cables: list[Cable],
+    payload_state: OutputPort,
+    quadrotor_states: OutputPort,
+    name: str = "cables",
+) -> CableSystem:
+    """Add the system that gives the cables' tensions, to a diagram whose plant is finalized.
+
+    Parameters
+    ----------
+    builder : DiagramBuilder
+    plant : MultibodyPlant
+    cables : list of Cable
+        n of them, of one kind, on one payload.
+    payload_state, quadrotor_states : OutputPort
+        (13) and (13 n), true and current.
+    name : str
+        Of the system.
+
+    Raises
+    ------
+    InputError
+        If the cables are of both kinds.
+    """
+    kinds = sorted({cable.parameters.kind for cable in cables})
+    if len(kinds) != 1:
+        raise InputError(
+            f"cables of the kinds {', '.join(kinds)} on one payload; one or more of a single kind accepted"
+        )
+    if kinds[0] == "inextensible":
+        tensions = builder.AddNamedSystem(name, CableTensions(plant, cables))
+        builder.Connect(plant.get_reaction_forces_output_port(), tensions.get_input_port())
+        port = tensions.get_output_port()
+        return CableSystem(tensions, port, None, GripperRelease(plant, cables, port))
+    elastic = builder.AddNamedSystem(name, ElasticCables(plant, cables))
+    builder.Connect(payload_state, elastic.GetInputPort("payload_state"))
+    builder.Connect(quadrotor_states, elastic.GetInputPort("quadrotor_states"))
+    return CableSystem(elastic, elastic.GetOutputPort("tension"), elastic.GetOutputPort("applied_spatial_force"), None)

@@ -1,0 +1,105 @@
+"""The payload as a body of the plant: its frame is L, its mass properties, what touches and what is seen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.geometry import Convex, Sphere
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex, RigidBody, RotationalInertia, SpatialInertia
+from scipy.spatial import QhullError
+
+from drake_aerial.errors import InputError
+from drake_aerial.geometry import Array
+from drake_aerial.plant import support
+from drake_aerial.plant.payload import Payload
+from drake_aerial.plant.scene import CONTACT_STIFFNESS, GRAVITY, contact_properties
+from drake_aerial.plant.triangles import convex_hull
+
+_COLOUR = [0.80, 0.62, 0.40, 1.0]
+
+
+@dataclass(frozen=True, eq=False)
+class PayloadBody:
+    """What `add_payload` added.
+
+    Attributes
+    ----------
+    payload : Payload
+        In the tracked frame L.
+    body : RigidBody
+        The only body of its model instance; its frame is L.
+    model_instance : ModelInstanceIndex
+        Its state output port has 13 numbers: quaternion w, x, y, z, position [m], angular and linear velocity
+        [rad/s, m/s], of L's origin in the world.
+    rest_height : float
+        Height of L's origin over the ground at rest [m].
+    stands_alone : bool
+        Whether it stands on its own shape; otherwise on a light cradle (see `support.feet`).
+    """
+
+    payload: Payload
+    body: RigidBody
+    model_instance: ModelInstanceIndex
+    rest_height: float
+    stands_alone: bool
+
+
+def add_payload(plant: MultibodyPlant, payload: Payload, *, name: str = "payload") -> PayloadBody:
+    """Add a payload to a plant, as a free body in a model instance of its own.
+
+    On the ground it stands on at most 20 small spheres (`support`); other bodies meet its convex hull, which is drawn in
+    by a centimetre so that the spheres touch the ground first.
+
+    Parameters
+    ----------
+    plant : MultibodyPlant
+        Not finalized.
+    payload : Payload
+        In the frame that is to be the body's frame, L (`Payload.in_tracked_frame`), z up at rest.
+    name : str
+        Of the model instance and the body.
+
+    Raises
+    ------
+    InputError
+        If Drake refuses the mass properties, or the shape has no volume to collide with.
+    """
+    instance = plant.AddModelInstance(name)
+    J = payload.inertia
+    try:
+        about_com = RotationalInertia(J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2])
+        inertia = SpatialInertia.MakeFromCentralInertia(payload.mass, payload.com, about_com)
+    except RuntimeError as error:
+        raise InputError(f"the payload's inertia {J.tolist()} is impossible for {payload.mass:g} kg") from error
+    body = plant.AddRigidBody(name, instance, inertia)
+    feet, own = support.feet(payload.vertices, payload.com)
+    if plant.geometry_source_is_registered():
+        _register_shape(plant, body, payload, feet)
+    penetration = payload.mass * GRAVITY / (len(feet) * CONTACT_STIFFNESS)
+    return PayloadBody(payload, body, instance, float(-feet[0, 2]) - penetration, own)
+
+
+def _register_shape(plant: MultibodyPlant, body: RigidBody, payload: Payload, feet: Array) -> None:
+    properties = contact_properties()
+    try:
+        hull, _ = convex_hull(payload.vertices)
+    except QhullError as error:
+        raise InputError(f"payload {payload.name!r} is flat: its convex hull has no volume") from error
+    centre, floor = hull.mean(axis=0), feet[0, 2] + support.RADIUS
+    points = [foot + [0.0, 0.0, support.RADIUS] for foot in feet]
+    for corner in support.extremes(hull):
+        inward = (centre - corner) / np.linalg.norm(centre - corner)
+        point = corner + support.RADIUS * inward
+        point[2] = max(point[2], floor)
+        # A foot may stand for this corner already.
+        if min(np.linalg.norm(point - other) for other in points) > 0.02:
+            points.append(point)
+    for k, point in enumerate(points):
+        plant.RegisterCollisionGeometry(body, RigidTransform(point), Sphere(support.RADIUS), f"touch_{k}", properties)
+    shrink = max(0.2, 1.0 - 0.02 / float(np.ptp(hull, axis=0).min()))
+    inner = Convex((centre + shrink * (hull - centre)).T, payload.name)
+    plant.RegisterCollisionGeometry(body, RigidTransform(), inner, "hull", properties)
+    plant.RegisterVisualGeometry(body, RigidTransform(), Convex(hull.T, payload.name), "visual", _COLOUR)

@@ -1,0 +1,201 @@
+"""The quadrotor: a free body with four propellers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydrake.geometry import Box, Cylinder, Ellipsoid, Sphere
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.plant import MultibodyPlant, Propeller, PropellerInfo
+from pydrake.multibody.tree import ModelInstanceIndex, RigidBody, SpatialInertia, UnitInertia
+from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
+from pydrake.systems.primitives import Saturation
+
+from drake_aerial.errors import InputError
+from drake_aerial.geometry import Array
+from drake_aerial.plant import yaml_reader
+from drake_aerial.plant.mass_properties import check_inertia
+from drake_aerial.plant.scene import contact_properties
+
+
+@dataclass(frozen=True)
+class QuadrotorParameters:
+    """A quadrotor of X configuration; its body frame Q has x forward, y left, z along the thrust, origin at the centre of mass.
+
+    The defaults are the paper's table. It gives no thrust coefficient: 6.572e-9 N/rpm^2 is the one published for that
+    airframe with bull-nose propellers (7.07 N at the maximal RPM); arm and drag torque are common values of that size.
+    """
+
+    mass: float = 0.25
+    """[kg]"""
+    inertia: tuple[float, float, float] = (6e-4, 5e-4, 1e-3)
+    """Principal moments along Q's axes [kg m^2]."""
+    thrust_coefficient: float = 6.572e-9
+    """Thrust of one propeller per squared RPM [N/rpm^2]."""
+    drag_ratio: float = 0.016
+    """Yaw moment of a propeller over its thrust [m]."""
+    arm: float = 0.10
+    """Distance of each propeller from the centre [m]."""
+    min_rpm: float = 5500.0
+    """Lowest speed of a propeller [rpm]."""
+    max_rpm: float = 16400.0
+    """Highest speed of a propeller [rpm]."""
+
+    def __post_init__(self) -> None:
+        check_inertia(self.inertia, "the quadrotor's inertia")
+        for name in ("mass", "thrust_coefficient", "drag_ratio", "arm", "max_rpm"):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value > 0.0):
+                raise InputError(f"the quadrotor's {name} is {value!r}; a positive number accepted")
+        if not 0.0 <= self.min_rpm < self.max_rpm:
+            raise InputError(
+                f"the quadrotor's min_rpm is {self.min_rpm:g}; 0 up to max_rpm = {self.max_rpm:g} accepted"
+            )
+
+    @classmethod
+    def read(cls, path: str | Path) -> QuadrotorParameters:
+        """Return the parameters of a YAML file with this class's fields as keys; what is left out has its default.
+
+        Raises
+        ------
+        InputError
+            For an unreadable file, an unknown key or an impossible value.
+        """
+        path = Path(path)
+        known = {f.name: (3,) if f.name == "inertia" else () for f in fields(cls)}
+        data = yaml_reader.read_mapping(path, known)
+        given: dict[str, Any] = {}
+        for key, value in data.items():
+            array = yaml_reader.numbers(value, known[key], f"{path}: {key}")
+            given[key] = tuple(array.tolist()) if array.ndim else float(array)
+        return cls(**given)
+
+    @property
+    def propeller_positions(self) -> Array:
+        """Positions (4, 3) of the propellers in Q [m]: front left, rear left, rear right, front right."""
+        a = self.arm / np.sqrt(2.0)
+        return np.array([[a, a, 0.0], [-a, a, 0.0], [-a, -a, 0.0], [a, -a, 0.0]])
+
+    @property
+    def propeller_spins(self) -> Array:
+        """Signs (4,) of the propellers' yaw moments about Q's z."""
+        return np.array([1.0, -1.0, 1.0, -1.0])
+
+    @property
+    def allocation(self) -> Array:
+        """Matrix (4, 4) from squared RPM of the propellers to total thrust [N] and moments about Q's axes [N m]."""
+        p = self.propeller_positions
+        rows = np.stack([np.ones(4), p[:, 1], -p[:, 0], self.drag_ratio * self.propeller_spins])
+        return self.thrust_coefficient * rows
+
+    @property
+    def command_limits(self) -> tuple[float, float]:
+        """Lowest and highest command of a propeller [rpm^2]."""
+        return self.min_rpm**2, self.max_rpm**2
+
+    @property
+    def thrust_limits(self) -> tuple[float, float]:
+        """Lowest and highest total thrust [N]."""
+        low, high = self.command_limits
+        return 4.0 * self.thrust_coefficient * low, 4.0 * self.thrust_coefficient * high
+
+
+@dataclass(frozen=True, eq=False)
+class Quadrotor:
+    """What `add_quadrotor` added.
+
+    Attributes
+    ----------
+    parameters : QuadrotorParameters
+    body : RigidBody
+        The only body of its model instance; its frame is Q, its origin the centre of mass.
+    model_instance : ModelInstanceIndex
+        Its state output port has 13 numbers: quaternion w, x, y, z, position, angular and linear velocity in the world.
+    """
+
+    parameters: QuadrotorParameters
+    body: RigidBody
+    model_instance: ModelInstanceIndex
+
+
+def add_quadrotor(
+    plant: MultibodyPlant, parameters: QuadrotorParameters | None = None, name: str = "quadrotor"
+) -> Quadrotor:
+    """Add a quadrotor to a plant that is not finalized yet; `connect_propellers` makes it fly.
+
+    Parameters
+    ----------
+    plant : MultibodyPlant
+    parameters : QuadrotorParameters, optional
+    name : str
+        Of the model instance and the body.
+    """
+    parameters = QuadrotorParameters() if parameters is None else parameters
+    m = parameters.mass
+    unit = UnitInertia(*(np.asarray(parameters.inertia) / m))
+    instance = plant.AddModelInstance(name)
+    body = plant.AddRigidBody(name, instance, SpatialInertia(m, np.zeros(3), unit))
+    if plant.geometry_source_is_registered():
+        # The landing gear and rotors' guard in one: nothing but crashes touches it.
+        guard = Ellipsoid(1.2 * parameters.arm, 1.2 * parameters.arm, 0.04)
+        plant.RegisterCollisionGeometry(body, RigidTransform(), guard, "guard", contact_properties())
+        for k, (X, shape, colour) in enumerate(visual_parts(parameters)):
+            plant.RegisterVisualGeometry(body, X, shape, f"visual_{k}", colour)
+    return Quadrotor(parameters, body, instance)
+
+
+def visual_parts(
+    parameters: QuadrotorParameters,
+) -> list[tuple[RigidTransform, Box | Cylinder | Sphere | Ellipsoid, list[float]]]:
+    """Return the shapes that look like a quadrotor: pose in Q, shape, colour (rgba)."""
+    arm = parameters.arm
+    dark, metal, blade = [0.13, 0.14, 0.16, 1.0], [0.55, 0.57, 0.60, 1.0], [0.35, 0.62, 0.90, 0.55]
+    parts: list = [
+        (RigidTransform([0, 0, 0.005]), Box(0.075, 0.055, 0.03), dark),
+        (RigidTransform([-0.005, 0, 0.026]), Box(0.05, 0.035, 0.014), metal),
+        (RigidTransform([0.042, 0, 0.006]), Sphere(0.011), [0.85, 0.20, 0.15, 1.0]),
+    ]
+    for yaw in (np.pi / 4.0, -np.pi / 4.0):
+        parts.append((RigidTransform(RotationMatrix.MakeZRotation(yaw), np.zeros(3)), Box(2 * arm, 0.014, 0.010), dark))
+    for x, y, _ in parameters.propeller_positions:
+        parts.append((RigidTransform([x, y, 0.012]), Cylinder(0.010, 0.024), metal))
+        parts.append((RigidTransform([x, y, 0.026]), Cylinder(0.62 * arm, 0.003), blade))
+        parts.append((RigidTransform([x, y, -0.018]), Cylinder(0.003, 0.032), dark))
+    return parts
+
+
+def connect_propellers(
+    builder: DiagramBuilder, plant: MultibodyPlant, quadrotors: list[Quadrotor], name: str = "propellers"
+) -> tuple[InputPort, OutputPort]:
+    """Add the propellers of all quadrotors, with their RPM limits, to a diagram whose plant is finalized.
+
+    Parameters
+    ----------
+    builder : DiagramBuilder
+    plant : MultibodyPlant
+    quadrotors : list of Quadrotor, n of them
+
+    Returns
+    -------
+    commands : InputPort
+        (4 n), squared RPM; each is held within its propeller's limits.
+    forces : OutputPort
+        Spatial forces, for the plant's applied_spatial_force port.
+    """
+    infos, low, high = [], [], []
+    for quadrotor in quadrotors:
+        p = quadrotor.parameters
+        k = p.thrust_coefficient
+        for position, spin in zip(p.propeller_positions, p.propeller_spins, strict=True):
+            X_QPropeller = RigidTransform(position)
+            infos.append(PropellerInfo(quadrotor.body.index(), X_QPropeller, k, k * p.drag_ratio * spin))
+        low += [p.command_limits[0]] * 4
+        high += [p.command_limits[1]] * 4
+    limits = builder.AddNamedSystem(f"{name}_limits", Saturation(np.array(low), np.array(high)))
+    propellers = builder.AddNamedSystem(name, Propeller(infos))
+    builder.Connect(limits.get_output_port(), propellers.get_command_input_port())
+    builder.Connect(plant.get_body_poses_output_port(), propellers.get_body_poses_input_port())
+    return limits.get_input_port(), propellers.get_spatial_forces_output_port()
