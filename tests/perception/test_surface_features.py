@@ -1,0 +1,259 @@
+import cloud_shapes as shapes
+import numpy as np
+import pytest
+import trimesh
+
+from drake_aerial.errors import InputError
+from drake_aerial.geometry import Pose, quat_conjugate, quat_multiply, random_rotation, rotate, rotation_angle
+from drake_aerial.perception.point_cloud import PointCloud
+from drake_aerial.perception.surface_features import FeatureParameters, SurfaceFeatures, compute_features
+
+RHO = 0.03
+
+
+def features_of(points, noise=0.0, seed=1, **keywords):
+    cloud = PointCloud.read(points, **keywords)
+    if noise:
+        cloud = cloud.with_noise(noise, np.random.default_rng(seed))
+    return compute_features(cloud)
+
+
+def curvature_errors(f, k1, k2, scale):
+    """Mean absolute errors of both curvatures relative to `scale` [1/m]."""
+    kappa = f.r / f.rho
+    return np.mean(np.abs(kappa[:, 0] - k1)) / scale, np.mean(np.abs(kappa[:, 1] - k2)) / scale
+
+
+@pytest.mark.parametrize("count", [20000, 100000])
+def test_sphere_curvatures_within_3_percent(count):
+    f = features_of(shapes.sphere(0.2, count, np.random.default_rng(0)))
+    assert max(curvature_errors(f, 5.0, 5.0, 5.0)) < 0.03
+    assert np.all(f.r > 0)  # convex is positive
+    assert np.sum(f.normal * f.p, axis=1).min() > 0.199
+
+
+@pytest.mark.parametrize("count", [20000, 100000])
+def test_cylinder_curvatures_within_3_percent(count):
+    f = features_of(shapes.cylinder(0.15, 0.6, count, np.random.default_rng(0)))
+    inside = f.take(np.abs(f.p[:, 2]) < 0.3 - RHO)
+    assert max(curvature_errors(inside, 1 / 0.15, 0.0, 1 / 0.15)) < 0.03
+    radial = inside.p * [1, 1, 0] / np.linalg.norm(inside.p[:, :2], axis=1, keepdims=True)
+    assert np.sum(inside.normal * radial, axis=1).min() > 0.99
+    # k1 runs around the cylinder.
+    assert np.percentile(np.abs(inside.k1[:, 2]), 95) < 0.05
+    assert inside.anisotropy.min() > 0.8
+
+
+@pytest.mark.parametrize("count", [40000, 200000])
+def test_torus_curvatures_within_3_percent(count):
+    ring, tube = 0.3, 0.1
+    f = features_of(shapes.torus(ring, tube, count, np.random.default_rng(0)))
+    across = np.hypot(f.p[:, 0], f.p[:, 1])
+    assert max(curvature_errors(f, 1 / tube, (across - ring) / tube / across, 1 / tube)) < 0.03
+    # On the inner side the second curvature is concave: the sign is part of the descriptor.
+    assert np.all(f.r[across < ring - 0.5 * tube, 1] < 0)
+
+
+def test_noise_of_1_mm_costs_less_than_a_tenth():
+    rng = np.random.default_rng(0)
+    f = features_of(shapes.sphere(0.2, 20000, rng), noise=1e-3)
+    assert max(curvature_errors(f, 5.0, 5.0, 5.0)) < 0.10
+    f = features_of(shapes.cylinder(0.15, 0.6, 20000, rng), noise=1e-3)
+    f = f.take(np.abs(f.p[:, 2]) < 0.3 - RHO)
+    assert max(curvature_errors(f, 1 / 0.15, 0.0, 1 / 0.15)) < 0.10
+    f = features_of(shapes.plane([0.7, 0.6], 20000, rng), noise=1e-3)
+    flat = f.take((np.abs(f.p[:, :2]) < np.array([0.35, 0.3]) - RHO).all(axis=1))
+    assert np.percentile(np.abs(flat.r[:, 0]), 99) < 0.05  # below the anisotropy floor
+
+
+def test_frames_are_right_handed_and_ordered():
+    f = features_of(shapes.torus(0.3, 0.1, 20000, np.random.default_rng(0)))
+    y = rotate(f.q, np.array([0.0, 1.0, 0.0]))
+    np.testing.assert_allclose(y, np.cross(f.normal, f.k1), atol=1e-12)
+    assert np.all(np.abs(f.r[:, 0]) >= np.abs(f.r[:, 1]))
+    np.testing.assert_allclose(np.linalg.norm(f.q, axis=1), 1.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-3, 3e-3])
+def test_box_normals_point_outward_and_edges_stand_out(noise):
+    size = np.array([0.68, 0.61, 0.28])
+    f = features_of(shapes.box(size, 20000, np.random.default_rng(0)), noise=noise)
+    gap = size / 2 - np.abs(f.p)
+    face = np.argmin(gap, axis=1)
+    row = np.arange(len(f))
+    assert np.mean(np.sign(f.p[row, face]) * f.normal[row, face] > 0) > 0.999
+    gap = np.sort(gap, axis=1)
+    edge = (np.abs(gap[:, :2]) < 0.004).all(axis=1) & (gap[:, 2] > 2 * RHO)
+    # What FeatureParameters.edge_saliency claims of a right-angled edge.
+    assert 1.05 < np.median(f.r[edge, 0]) < 1.25
+    assert np.median(np.abs(f.r[edge, 1])) < 0.1
+    assert np.median(f.saliency[gap[:, 1] > 2 * RHO]) < 0.06
+    # Independent draws leave holes that look like a rim, some 40 points to a ball; evenly sampled surfaces do not.
+    assert f.rim.mean() < 3e-3
+
+
+def test_closed_mesh_has_no_rim():
+    f = features_of(trimesh.creation.box([0.68, 0.61, 0.28]))
+    assert len(f) > 10000
+    assert not f.rim.any()
+
+
+def test_concave_edge_is_negative():
+    # Two walls of a room's corner line, seen from inside the room.
+    rng = np.random.default_rng(0)
+    floor = shapes.plane([0.4, 0.4], 8000, rng) + [0.2, 0, 0]
+    wall = shapes.plane([0.4, 0.4], 8000, rng)[:, [2, 1, 0]] + [0, 0, 0.2]
+    f = features_of(np.concatenate([floor, wall]), viewpoint=[0.3, 0, 0.3])
+    edge = (f.p[:, 0] < 0.004) & (f.p[:, 2] < 0.004) & (np.abs(f.p[:, 1]) < 0.15)
+    assert -1.25 < np.median(f.r[edge, 0]) < -1.05
+
+
+def test_viewpoint_orients_normals():
+    points = shapes.plane([0.5, 0.5], 10000, np.random.default_rng(0))
+    assert features_of(points, viewpoint=[0, 0, 1.0]).normal[:, 2].min() > 0.99
+    assert features_of(points, viewpoint=[0, 0, -1.0]).normal[:, 2].max() < -0.99
+
+
+def test_one_face_without_viewpoint_looks_up():
+    points = shapes.plane([0.7, 0.6], 20000, np.random.default_rng(0))
+    f = features_of(points, noise=1e-3)
+    assert f.normal[:, 2].min() > 0.9
+    turn = random_rotation(np.random.default_rng(3))
+    f = features_of(rotate(turn, points), up=rotate(turn, np.array([0, 0, 1.0])))
+    assert np.all(f.normal @ rotate(turn, np.array([0, 0, 1.0])) > 0.9)
+
+
+def test_bowl_seen_from_above_looks_up_and_dome_outward():
+    rng = np.random.default_rng(0)
+    points = shapes.sphere(0.2, 40000, rng)
+    bowl = points[points[:, 2] < 0]
+    f = features_of(bowl)
+    assert np.all(np.sum(f.normal * f.p, axis=1) < 0)
+    assert np.all(f.take(~f.rim).r < 0)
+    f = features_of(-bowl)
+    assert np.all(np.sum(f.normal * f.p, axis=1) > 0)
+
+
+def test_thin_plate_has_opposite_normals_on_its_sides():
+    # The walls are 2 cm apart, within one neighbourhood of another.
+    size = np.array([0.4, 0.3, 0.02])
+    f = features_of(shapes.box(size, 40000, np.random.default_rng(0)))
+    inner = (np.abs(f.p[:, :2]) < size[:2] / 2 - 2 * RHO).all(axis=1)
+    assert np.mean(f.normal[inner, 2] * np.sign(f.p[inner, 2]) > 0.9) > 0.99
+
+
+def test_separate_parts_are_each_turned_outward():
+    ball = shapes.sphere(0.1, 10000, np.random.default_rng(0))
+    f = features_of(np.concatenate([ball + [0.3, 0, 0], ball - [0.3, 0, 0]]))
+    centre = np.where(f.p[:, :1] > 0, 1, -1) * np.array([0.3, 0, 0])
+    assert np.sum(f.normal * (f.p - centre), axis=1).min() > 0.09
+
+
+def test_rim_of_a_lone_face():
+    size = np.array([0.68, 0.61])
+    f = features_of(shapes.plane(size, 20000, np.random.default_rng(0)), noise=1e-3)
+    gap = size / 2 - np.abs(f.p[:, :2])
+    side = np.argmin(gap, axis=1)
+    row = np.arange(len(f))
+    outline = (gap.min(axis=1) < 0.004) & (gap.max(axis=1) > 2 * RHO)
+    assert f.rim[outline].mean() > 0.8
+    assert f.rim[gap.min(axis=1) > 0.02].mean() < 1e-3
+    outward = f.k1[row, side] * np.sign(f.p[row, side])
+    assert np.percentile(outward[outline & f.rim], 5) > 0.9
+    np.testing.assert_array_equal(f.saliency[f.rim], FeatureParameters().edge_saliency)
+    np.testing.assert_array_equal(f.saliency[~f.rim], np.abs(f.r[~f.rim, 0]))
+
+
+def one_feature(c, rim, count=20000):
+    return SurfaceFeatures(
+        p=np.zeros((count, 3)),
+        q=np.tile([1.0, 0, 0, 0], (count, 1)),
+        r=np.zeros((count, 2)),
+        anisotropy=np.full(count, c),
+        rim=np.full(count, rim),
+        rho=RHO,
+    )
+
+
+def test_spun_draws_the_stated_ambiguity():
+    # c = 0.15: std pi exp(-2.25) = 0.331 rad, small enough to tell the two flips apart.
+    f = one_feature(0.15, False)
+    pose = f.spun(np.random.default_rng(0))
+    np.testing.assert_allclose(rotate(pose.q, np.array([0, 0, 1.0])), np.tile([0, 0, 1.0], (len(f), 1)), atol=1e-12)
+    x = rotate(pose.q, np.array([1.0, 0, 0]))
+    angle = np.arctan2(x[:, 1], x[:, 0])
+    flipped = np.abs(angle) > np.pi / 2
+    assert abs(flipped.mean() - 0.5) < 0.02
+    assert abs(np.std(angle[~flipped]) / (np.pi * np.exp(-2.25)) - 1) < 0.03
+    # No curvature direction at all: every direction is drawn.
+    x = rotate(one_feature(0.0, False).spun(np.random.default_rng(0)).q, np.array([1.0, 0, 0]))
+    assert np.abs(x.mean(axis=0)).max() < 0.02
+    # A rim's sign is known.
+    x = rotate(one_feature(1.0, True).spun(np.random.default_rng(0)).q, np.array([1.0, 0, 0]))
+    assert x[:, 0].min() > 0.999999
+    # Same seed, same draw.
+    again = f.spun(np.random.default_rng(0))
+    np.testing.assert_array_equal(pose.q, again.q)
+
+
+def test_features_move_with_the_cloud():
+    rng = np.random.default_rng(0)
+    points = shapes.torus(0.2, 0.08, 15000, rng)
+    turn, shift = random_rotation(rng), np.array([0.3, -1.0, 0.4])
+    plain = FeatureParameters(voxel=0.0)  # the voxel grid itself does not turn
+    a = compute_features(PointCloud.read(points), plain)
+    up = rotate(turn, np.array([0, 0, 1.0]))
+    b = compute_features(PointCloud.read(rotate(turn, points) + shift, up=up), plain)
+    moved = a.transformed(Pose(shift, turn))
+    np.testing.assert_allclose(b.p, moved.p, atol=1e-12)
+    np.testing.assert_allclose(b.r, moved.r, atol=1e-7)
+    np.testing.assert_allclose(b.normal, moved.normal, atol=1e-8)
+    clear = a.anisotropy > 0.3
+    angle = rotation_angle(quat_multiply(quat_conjugate(moved.q), b.q))[clear]
+    assert np.minimum(angle, np.pi - angle).max() < 1e-5  # k1 is known up to its sign
+
+
+def test_blocks_give_what_one_block_gives(monkeypatch):
+    points = shapes.box([0.3, 0.2, 0.1], 10000, np.random.default_rng(0))
+    whole = features_of(points)
+    monkeypatch.setattr("drake_aerial.perception.neighbourhoods._BLOCK", 1000)
+    parts = features_of(points)
+    assert len(whole) > 2000
+    np.testing.assert_allclose(parts.r, whole.r, atol=1e-9)
+    np.testing.assert_array_equal(parts.rim, whole.rim)
+
+
+def test_take_keeps_rows_together():
+    f = features_of(shapes.torus(0.3, 0.1, 5000, np.random.default_rng(0)))
+    part = f.take([5, 2])
+    assert len(part) == 2
+    assert part.rho == f.rho
+    np.testing.assert_array_equal(part.p, f.p[[5, 2]])
+    np.testing.assert_array_equal(part.q, f.q[[5, 2]])
+    np.testing.assert_array_equal(part.r, f.r[[5, 2]])
+
+
+def test_stray_points_are_left_out_and_sparse_clouds_refused():
+    points = shapes.plane([0.3, 0.3], 5000, np.random.default_rng(0))
+    f = features_of(np.concatenate([points, [[0, 0, 0.5]]]))
+    assert f.p[:, 2].max() < 1e-9
+    with pytest.raises(InputError, match=r"too few points: none of 50 .* give a denser cloud or a larger rho"):
+        features_of(np.random.default_rng(0).uniform(-1, 1, (50, 3)))
+
+
+@pytest.mark.parametrize(
+    ("keywords", "message"),
+    [
+        ({"rho": 0.0}, "rho should be a positive radius"),
+        ({"rho": float("nan")}, "rho should be a positive radius"),
+        ({"voxel": -1.0}, "voxel should be between 0 and rho"),
+        ({"voxel": 0.05}, "voxel should be between 0 and rho"),
+        ({"min_neighbours": 3}, "min_neighbours should be at least 4"),
+        ({"rim_offset": 1.5}, "rim_offset should be between 0 and 1"),
+        ({"anisotropy_floor": 0.0}, "anisotropy_floor should be positive"),
+        ({"edge_saliency": -1.0}, "edge_saliency should not be negative"),
+    ],
+)
+def test_impossible_parameters_are_refused(keywords, message):
+    with pytest.raises(InputError, match=message):
+        FeatureParameters(**keywords)
