@@ -49,7 +49,7 @@ def lift(x: Array) -> Array:
     return np.column_stack([x, np.sum(x * x, axis=-1), np.ones(len(x))])
 
 
-def exponent_blocks(points: Array, coefficients: Array) -> Iterator[tuple[slice, Array]]:
+def exponent_blocks(points: np.ndarray, coefficients: np.ndarray) -> Iterator[tuple[slice, np.ndarray]]:
     """Yield slices of the lifted points (N, D) and their exponents (block, K) under coefficients (D, K)."""
     step = max(1, BLOCK // coefficients.shape[1])
     for start in range(0, len(points), step):
@@ -57,18 +57,22 @@ def exponent_blocks(points: Array, coefficients: Array) -> Iterator[tuple[slice,
         yield rows, points[rows] @ coefficients
 
 
-def exponentiate(e: Array) -> Array:
+def exponentiate(e: np.ndarray) -> np.ndarray:
     """Replace exponents e (N, K) by exp(e - top), in place, and return their row maxima top (N, 1)."""
     top = e.max(axis=1, keepdims=True)
     e -= top
     # Far below any sum's last digit; exp is many times slower where it underflows.
-    np.maximum(e, -600.0, out=e)
+    np.maximum(e, -600.0 if e.dtype == np.float64 else -80.0, out=e)
     np.exp(e, out=e)
     return top
 
 
-def log_weighted_sums(points: Array, coefficients: Array, weights: Array) -> Array:
-    """Return log sum_k w_k exp(exponent_nk), shape (N, M), for weights (K, M); -inf where a sum vanishes."""
+def log_weighted_sums(points: np.ndarray, coefficients: np.ndarray, weights: np.ndarray) -> Array:
+    """Return log sum_k w_k exp(exponent_nk), shape (N, M), for weights (K, M); -inf where a sum vanishes.
+
+    The coefficients' type decides the precision.
+    """
+    points, weights = points.astype(coefficients.dtype), weights.astype(coefficients.dtype)
     out = np.empty((len(points), weights.shape[1]))
     for rows, e in exponent_blocks(points, coefficients):
         top = exponentiate(e)

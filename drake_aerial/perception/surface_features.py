@@ -1,4 +1,6 @@
-"""Surface features: a frame from the normal and the principal curvatures, and their values, at points of a cloud."""
+"""Surface features: a frame from the normal and the principal curvatures, and their values, at points of a
+cloud.
+"""
 
 from __future__ import annotations
 
@@ -17,6 +19,8 @@ Array = NDArray[np.float64]
 
 # |r1| that a right-angled edge reaches under this regression, see FeatureParameters.edge_saliency.
 EDGE_SALIENCY = 1.15
+# Difference of |r1| and |r2| that is rounding, on exactly flat or spherical samples.
+_ROUNDING = 1e-9
 # Neighbours whose outward normals are more opposed than this cosine are on the other side of a thin wall.
 _OTHER_SHEET = -0.8
 # Part of a rim's neighbours that may lie beyond it by more than this part of rho.
@@ -36,7 +40,8 @@ class FeatureParameters:
     min_neighbours : int
         Points with fewer neighbours in the ball, themselves included, are left out as stray ones.
     rim_offset : float
-        A neighbourhood whose centroid is further than this part of rho from its point, along the surface, is one-sided.
+        A neighbourhood whose centroid is further than this part of rho from its point, along the surface, is
+        one-sided.
     edge_saliency : float
         Saliency of a rim: |r1| on a right-angled edge of a box, which this regression puts at 1.1 to 1.2.
     anisotropy_floor : float
@@ -79,8 +84,9 @@ class SurfaceFeatures:
     p : (N, 3) array
         Positions in F [m].
     q : (N, 4) array
-        Frames in F (w, x, y, z): x is k1, the direction of the principal curvature of larger magnitude, z the outward
-        normal, y = z cross x. At a rim, x points outward across it, whatever the curvatures there.
+        Frames in F (w, x, y, z): x is k1, the direction of the principal curvature of larger magnitude, z
+        the outward normal, y = z cross x. At a rim, x points outward across it, whatever the curvatures
+        there.
     r : (N, 2) array
         Dimensionless principal curvatures kappa * rho, |r1| >= |r2|, convex positive.
     anisotropy : (N,) array
@@ -116,7 +122,9 @@ class SurfaceFeatures:
 
     @property
     def saliency(self) -> Array:
-        """|r1|, and at a rim an edge's saliency: curvature does not see where the visible surface ends; (N,)."""
+        """|r1|, and at a rim an edge's saliency: curvature does not see where the visible surface ends;
+        (N,).
+        """
         return np.where(self.rim, self.edge_saliency, np.abs(self.r[:, 0]))
 
     @property
@@ -144,9 +152,9 @@ class SurfaceFeatures:
     def spun(self, rng: np.random.Generator) -> Pose:
         """Draw frames from the features' own ambiguity: poses X_Fv, batch (N,).
 
-        k1 is known up to its sign, and where the curvatures are alike not at all: each frame is turned about its normal
-        by 0 or pi with probability 1/2, except at a rim where the sign is known, and by a Gaussian angle of standard
-        deviation pi * exp(-100 c^2) with c the anisotropy.
+        k1 is known up to its sign, and where the curvatures are alike not at all: each frame is turned about
+        its normal by 0 or pi with probability 1/2, except at a rim where the sign is known, and by a
+        Gaussian angle of standard deviation pi * exp(-100 c^2) with c the anisotropy.
         """
         flip = np.pi * (rng.random(len(self)) < 0.5)
         flip[self.rim] = 0.0
@@ -159,10 +167,10 @@ class SurfaceFeatures:
 def compute_features(cloud: PointCloud, parameters: FeatureParameters | None = None) -> SurfaceFeatures:
     """Compute the surface features of a cloud, one per occupied voxel.
 
-    The steps: downsample; fit each neighbourhood's plane (principal component analysis) for the normal; turn normals
-    outward (towards the viewpoint where known, else consistently); regress the neighbours' tangential normal components
-    on their tangential offsets, which gives the Weingarten map, whose eigenvalues and eigenvectors are the principal
-    curvatures and directions; find the rim.
+    The steps: downsample; fit each neighbourhood's plane (principal component analysis) for the normal; turn
+    normals outward (towards the viewpoint where known, else consistently); regress the neighbours'
+    tangential normal components on their tangential offsets, which gives the Weingarten map, whose
+    eigenvalues and eigenvectors are the principal curvatures and directions; find the rim.
 
     Parameters
     ----------
@@ -238,14 +246,19 @@ def _curvature_features(balls: BallNeighbourhoods, normals: Array, parameters: F
     magnitude = np.abs(r)
     anisotropy = (magnitude[:, 0] - magnitude[:, 1]) / np.maximum(magnitude[:, 0], parameters.anisotropy_floor)
     anisotropy = np.where(rim, 1.0, anisotropy)
-    x = np.where(rim[:, None], outward, k1)
+    # Where the curvatures differ by rounding alone, k1 is noise: any fixed tangent is as good, and
+    # reproducible.
+    umbilic = magnitude[:, 0] - magnitude[:, 1] < _ROUNDING
+    x = np.where(rim[:, None], outward, np.where(umbilic[:, None], t1, k1))
     return SurfaceFeatures(points, quat_from_xz(x, normals), r, anisotropy, rim, rho, parameters.edge_saliency)
 
 
 def _block_curvature(
     block: Block, points: Array, normals: Array, t1: Array, t2: Array, parameters: FeatureParameters
 ) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
-    """Return curvatures (m, 2) [1/m], k1 (m, 3), the outward direction (m, 3) and rim (m,) of a block's points."""
+    """Return curvatures (m, 2) [1/m], k1 (m, 3), the outward direction (m, 3) and rim (m,) of a block's
+    points.
+    """
     i, j = block.owners, block.indices
     agreement = sum(normals[i, axis] * normals[j, axis] for axis in range(3))
     same_side = agreement > _OTHER_SHEET
@@ -258,13 +271,15 @@ def _block_curvature(
     p_sum, n_sum = matrix @ p, matrix @ normals
     pp = (matrix @ (p[:, :, None] * p[:, None, :]).reshape(-1, 9)).reshape(-1, 3, 3)
     np_ = (matrix @ (normals[:, :, None] * p[:, None, :]).reshape(-1, 9)).reshape(-1, 3, 3)
-    # Offsets from the neighbours' mean: the regression has an intercept, so the error of the point's own normal drops out.
+    # Offsets from the neighbours' mean: the regression has an intercept, so the error of the point's own
+    # normal drops out.
     base = p_sum / count
     spread = pp - _outer(p_sum, base) - _outer(base, p_sum) + count[:, :, None] * _outer(base, base)
     turning = np_ - _outer(n_sum, base)
     spread_T = tangents @ spread @ tangents.transpose(0, 2, 1)
     turning_T = tangents @ turning @ tangents.transpose(0, 2, 1)
-    # A trace of ridge: neighbours on one line, or none on this side of a wall, say nothing, hence no curvature.
+    # A trace of ridge: neighbours on one line, or none on this side of a wall, say nothing, hence no
+    # curvature.
     spread_T += 1e-6 * parameters.rho**2 * np.eye(2)
     weingarten = np.linalg.solve(spread_T, turning_T.transpose(0, 2, 1))
     kappa, direction = np.linalg.eigh(0.5 * (weingarten + weingarten.transpose(0, 2, 1)))

@@ -112,3 +112,13 @@ def test_is_fast_and_bounded_in_memory():
     density.log_density(x)
     # 0.05 s where it was written; ten times that on a loaded machine.
     assert time.process_time() - start < 0.6
+
+
+def test_single_precision_is_close():
+    rng = np.random.default_rng(9)
+    poses = Pose(rng.uniform(-0.5, 0.5, (200, 3)), random_rotation(rng, 200))
+    exact, single = (
+        PoseDensity(poses, sigma_p=0.02, sigma_q=0.26, axial=True, single=s) for s in (False, True)
+    )
+    x = exact.sample(500, rng)
+    np.testing.assert_allclose(single.log_density(x), exact.log_density(x), atol=5e-3)
