@@ -1,3 +1,87 @@
-"""Contacts for cable-suspended aerial transport: learnt from one demonstration, transferred, and flown in Drake."""
+"""Contacts for cable-suspended aerial transport: learnt from one demonstration, transferred, and flown in Drake.
+
+The names below are loaded when they are first used, so that ``import drake_aerial`` itself costs next to nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from drake_aerial.control.geometric import GeometricController
+    from drake_aerial.control.mpc import PayloadMpc
+    from drake_aerial.demo import run_demo
+    from drake_aerial.errors import DrakeAerialError, InputError, JobError
+    from drake_aerial.learning.demonstration import Demonstration
+    from drake_aerial.learning.learn import learn
+    from drake_aerial.learning.skill import ContactSkill
+    from drake_aerial.named_inputs import read_scan, read_skill
+    from drake_aerial.perception.point_cloud import PointCloud
+    from drake_aerial.perception.surface_features import SurfaceFeatures, compute_features
+    from drake_aerial.perception.views import partial_view
+    from drake_aerial.plant.payload import Payload
+    from drake_aerial.transfer.solutions import ContactSolutions
+    from drake_aerial.transfer.transfer import transfer
+    from drake_aerial.transport.station import make_transport_station
+    from drake_aerial.transport.trial import TrialResult, fly
+
+_HOMES = {
+    "ContactSkill": "learning.skill",
+    "ContactSolutions": "transfer.solutions",
+    "Demonstration": "learning.demonstration",
+    "DrakeAerialError": "errors",
+    "GeometricController": "control.geometric",
+    "InputError": "errors",
+    "JobError": "errors",
+    "Payload": "plant.payload",
+    "PayloadMpc": "control.mpc",
+    "PointCloud": "perception.point_cloud",
+    "SurfaceFeatures": "perception.surface_features",
+    "TrialResult": "transport.trial",
+    "compute_features": "perception.surface_features",
+    "fly": "transport.trial",
+    "learn": "learning.learn",
+    "make_transport_station": "transport.station",
+    "partial_view": "perception.views",
+    "read_scan": "named_inputs",
+    "read_skill": "named_inputs",
+    "run_demo": "demo",
+    "transfer": "transfer.transfer",
+}
+
+__all__ = [
+    "ContactSkill",
+    "ContactSolutions",
+    "Demonstration",
+    "DrakeAerialError",
+    "GeometricController",
+    "InputError",
+    "JobError",
+    "Payload",
+    "PayloadMpc",
+    "PointCloud",
+    "SurfaceFeatures",
+    "TrialResult",
+    "compute_features",
+    "fly",
+    "learn",
+    "make_transport_station",
+    "partial_view",
+    "read_scan",
+    "read_skill",
+    "run_demo",
+    "transfer",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOMES:
+        return getattr(import_module(f"drake_aerial.{_HOMES[name]}"), name)
+    raise AttributeError(f"module 'drake_aerial' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

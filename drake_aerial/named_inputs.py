@@ -1,0 +1,75 @@
+"""What a user may give by file or by the name of a shipped model: skills and scans."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from drake_aerial import model_files
+from drake_aerial.errors import InputError
+
+if TYPE_CHECKING:
+    from drake_aerial.learning.skill import ContactSkill
+    from drake_aerial.perception.point_cloud import PointCloud
+
+
+def read_skill(name_or_path: str | Path, *, seed: int = 0) -> ContactSkill:
+    """Return a skill from its .npz, or learn it now from a demonstration's YAML file or shipped name.
+
+    Raises
+    ------
+    InputError
+        If there is no such file or demonstration, or the file is not a skill that this version reads.
+    """
+    from drake_aerial.learning.demonstration import Demonstration
+    from drake_aerial.learning.learn import learn
+    from drake_aerial.learning.skill import ContactSkill
+
+    path = Path(name_or_path)
+    if path.suffix in (".yaml", ".yml") or (not path.suffix and not path.exists()):
+        return learn(Demonstration.read(name_or_path), seed=seed)
+    if not path.is_file():
+        shipped = ", ".join(model_files.names("demonstrations"))
+        raise InputError(f"no skill {str(name_or_path)!r}: give a skill .npz, or one of {shipped}")
+    return ContactSkill.load(path)
+
+
+def read_scan(
+    name_or_path: str | Path,
+    *,
+    viewpoint: Sequence[float] | None = None,
+    up: Sequence[float] = (0.0, 0.0, 1.0),
+) -> PointCloud:
+    """Return a cloud [m] from a file, or the whole surface of a shipped payload by its name.
+
+    Parameters
+    ----------
+    name_or_path : str or Path
+        .ply, .pcd, .obj, .stl, .npz, .npy, or a shipped payload's name.
+    viewpoint : (3,), optional
+        Where the sensor was, in the cloud's frame [m].
+    up : (3,)
+        The direction against gravity in the cloud's frame.
+
+    Raises
+    ------
+    InputError
+        If it is neither, or the cloud is refused.
+    """
+    import trimesh
+
+    from drake_aerial.perception.point_cloud import PointCloud
+
+    path = Path(name_or_path)
+    names = model_files.names("payloads")
+    if not path.exists() and not path.suffix and str(name_or_path) in names:
+        from drake_aerial.geometry import transform
+        from drake_aerial.plant.payload import Payload
+
+        payload = Payload.read(name_or_path)
+        mesh = trimesh.Trimesh(transform(payload.X_SP, payload.vertices), payload.faces, process=False)
+        return PointCloud.read(mesh, viewpoint=viewpoint, up=up)
+    if not path.exists() and not path.suffix:
+        raise InputError(f"no scan {str(name_or_path)!r}: give a file, or one of the payloads {', '.join(names)}")
+    return PointCloud.read(path, viewpoint=viewpoint, up=up)
