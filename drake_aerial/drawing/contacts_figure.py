@@ -18,7 +18,9 @@ if TYPE_CHECKING:
     from drake_aerial.learning.skill import ContactSkill
     from drake_aerial.transfer.solutions import ContactSolutions
 
-PANEL = (360, 330)
+PANEL = (460, 460)
+# A dot's radius as a fraction of the scan's diagonal: the features of a scan then close up to a surface.
+DOT = 0.0048
 
 
 def draw_contacts(
@@ -48,9 +50,9 @@ def draw_contacts(
         How many solutions a row shows.
     """
     columns = 1 + min(most, max(len(result.solutions) for result in results.values()))
-    drawing, axes = figure(2.3 * columns, 2.45 * len(results), len(results), columns)
-    demonstration = render(skill_picture(skill), size=PANEL)
-    radius = float(np.linalg.norm(np.ptp(points, axis=0))) * 0.0035
+    drawing, axes = figure(2.4 * columns, 2.6 * len(results), len(results), columns)
+    demonstration = render(skill_picture(skill), size=PANEL, zoom=1.1)
+    radius = float(np.linalg.norm(np.ptp(points, axis=0))) * DOT
     for row, (label, result) in zip(axes, results.items()):
         row[0].imshow(demonstration)
         row[0].set_title("shown once", fontsize=9)
@@ -63,7 +65,7 @@ def draw_contacts(
             else:
                 picture.add_points(points, color=colors, radius=radius)
             add_formation(picture, solution.X_SG, solution.X_SQ, solution_color(solution.rank, solution.feasible))
-            axis.imshow(render(picture, size=PANEL))
+            axis.imshow(render(picture, size=PANEL, zoom=1.1))
             title = f"{solution.rank}" if solution.feasible else f"{solution.rank}: {solution.reasons[0]}"
             axis.set_title(title, fontsize=9, color=BLACK if solution.feasible else (0.8, 0.1, 0.1))
         for axis in row:
@@ -71,4 +73,4 @@ def draw_contacts(
             axis.set_yticks([])
             for spine in axis.spines.values():
                 spine.set_visible(False)
-    save_figure(drawing, path, dpi=110)
+    save_figure(drawing, path, dpi=150)

@@ -120,4 +120,4 @@ def up_picture(picture_points: Array, up: Array) -> Array:
 def _dot(points: Array) -> float:
     """A dot's radius [m] that fits the scan: a fraction of its size, smaller where points are many."""
     size = float(np.linalg.norm(np.ptp(points, axis=0)))
-    return size * float(np.clip(0.25 / np.sqrt(max(len(points), 1)), 0.0012, 0.01))
+    return size * float(np.clip(0.4 / np.sqrt(max(len(points), 1)), 0.0015, 0.01))

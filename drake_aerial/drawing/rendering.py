@@ -78,8 +78,8 @@ def render(
         parameters = RenderEngineVtkParams()
         parameters.default_clear_color = [1.0, 1.0, 1.0]
         parameters.lights = [
-            LightParameter(type="directional", direction=[-0.35, -0.5, 1.0], intensity=2.2, frame="camera"),
-            LightParameter(type="directional", direction=[0.6, 0.3, 1.0], intensity=1.0, frame="camera"),
+            LightParameter(type="directional", direction=[-0.35, -0.5, 1.0], intensity=3.4, frame="camera"),
+            LightParameter(type="directional", direction=[0.6, 0.3, 1.0], intensity=1.8, frame="camera"),
         ]
         scene_graph.AddRenderer("vtk", MakeRenderEngineVtk(parameters))
         camera = ColorRenderCamera(
