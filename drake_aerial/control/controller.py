@@ -1,0 +1,132 @@
+"""The interface that all controllers of a payload share, as a LeafSystem."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+
+from drake_aerial.control.observation import Observation, PositionFilter, observe
+from drake_aerial.control.payload_parameters import PayloadModelParameters
+from drake_aerial.control.take_off import FlightPhase, TakeOff
+from drake_aerial.control.trajectory import HoverTrajectory, Trajectory
+from drake_aerial.errors import InputError
+
+Array = NDArray[np.float64]
+
+
+class PayloadController(LeafSystem):
+    """Base of the controllers: ports, the filter of the payload's position, take-off, and the tick.
+
+    | port | size | meaning |
+    |---|---|---|
+    | in `payload_state` | 13 | quaternion, position, angular and linear velocity of L in the world |
+    | in `quadrotor_states` | 13 n | the same of each Q |
+    | in `cable_directions` | 6 n | per cable: unit direction from quadrotor to contact, and its rate [1/s] |
+    | in `reference` | abstract | a `Trajectory`, over the context's time |
+    | out `thrust_vectors` | 3 n | commanded thrusts in the world [N], held between ticks |
+    | out `phase` | 1 | `FlightPhase` |
+    | out `estimated_position` | 3 | filtered position of L's origin [m] |
+
+    All state is discrete and lives in the Context; it changes at the ticks `offset + k period`. A tick reads samples
+    taken before it: with the default offset, that of a sensor that samples at `k period`, 2 ms ago.
+
+    Parameters
+    ----------
+    model : PayloadModelParameters
+        What the controller believes.
+    period, offset : float
+        Of the ticks [s].
+    take_off : TakeOff
+        How to get into the air from the ground.
+    position_filter : PositionFilter
+        Filter of the measured payload position.
+    """
+
+    def __init__(
+        self,
+        model: PayloadModelParameters,
+        *,
+        period: float = 0.02,
+        offset: float = 0.002,
+        take_off: TakeOff | None = None,
+        position_filter: PositionFilter | None = None,
+    ):
+        super().__init__()
+        if not period > 0.0 or not 0.0 <= offset < period:
+            raise InputError(f"a controller needs period > 0 and 0 <= offset < period but got {period}, {offset}")
+        n = model.n
+        self.model, self.period = model, period
+        self.take_off = take_off or TakeOff()
+        self.position_filter = position_filter or PositionFilter()
+        self._payload = self.DeclareVectorInputPort("payload_state", 13)
+        self._quadrotors = self.DeclareVectorInputPort("quadrotor_states", 13 * n)
+        self._cables = self.DeclareVectorInputPort("cable_directions", 6 * n)
+        self._reference = self.DeclareAbstractInputPort("reference", AbstractValue.Make(HoverTrajectory()))
+        hover = np.zeros((n, 3))
+        hover[:, 2] = model.min_thrust
+        self._thrust_index = self.DeclareDiscreteState(hover.ravel())
+        self._phase_index = self.DeclareDiscreteState(self.take_off.begin(n))
+        self._filter_index = self.DeclareDiscreteState(np.array([0.0] * 6 + [-1.0]))
+        self._memory_index = self.DeclareDiscreteState(self._initial_memory())
+        self.DeclarePeriodicDiscreteUpdateEvent(period, offset, self._tick)
+        ticket = {self.all_state_ticket()}
+        self.DeclareVectorOutputPort("thrust_vectors", 3 * n, self._calc_thrust, ticket)
+        self.DeclareVectorOutputPort("phase", 1, self._calc_phase, ticket)
+        self.DeclareVectorOutputPort("estimated_position", 3, self._calc_position, ticket)
+
+    def _initial_memory(self) -> Array:
+        """Return the initial value of whatever else the law remembers from tick to tick."""
+        return np.zeros(0)
+
+    def _fly(self, t: float, seen: Observation, reference: Trajectory, thrust: Array, memory: Array) -> Array:
+        """Return the thrusts (n, 3) [N] of the flight law at time t, and update `memory` in place.
+
+        `thrust` (n, 3) is what was commanded until now; a `memory` of zeros means that flight begins.
+        """
+        raise NotImplementedError
+
+    def _tick(self, context: Context, discrete: DiscreteValues) -> None:
+        t, model = context.get_time(), self.model
+        reference: Trajectory = self._reference.Eval(context)
+        payload = self._payload.Eval(context)
+        memory = context.get_discrete_state(self._filter_index).value()
+        filtered = self.position_filter.step(memory, payload[4:7], payload[10:13], self.period)
+        seen = observe(payload, self._quadrotors.Eval(context), self._cables.Eval(context))
+        seen = seen._replace(p=filtered[0:3])
+        grounded = bool(reference.phases) and reference.phases[0].name == "ground"
+        before = context.get_discrete_state(self._phase_index).value()
+        phase = self.take_off.next_phase(model, before, t, seen, grounded)
+        discrete.get_mutable_vector(self._filter_index).SetFromVector(filtered)
+        discrete.get_mutable_vector(self._phase_index).SetFromVector(phase)
+        if phase[0] < FlightPhase.FLYING:
+            sample = reference.sample(t)
+            thrust = self.take_off.thrust(model, phase, t, seen, sample, sample.p - reference.start)
+        else:
+            last = context.get_discrete_state(self._thrust_index).value().reshape(-1, 3)
+            law = context.get_discrete_state(self._memory_index).value().copy()
+            thrust = self._fly(t, seen, reference, last, law)
+            discrete.get_mutable_vector(self._memory_index).SetFromVector(law)
+        discrete.get_mutable_vector(self._thrust_index).SetFromVector(limited(model, thrust).ravel())
+
+    def _calc_thrust(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(context.get_discrete_state(self._thrust_index).value())
+
+    def _calc_phase(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector([max(context.get_discrete_state(self._phase_index).value()[0], 0.0)])
+
+    def _calc_position(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(context.get_discrete_state(self._filter_index).value()[0:3])
+
+
+def limited(model: PayloadModelParameters, thrust: Array) -> Array:
+    """Return thrust vectors (n, 3) [N] whose sizes respect the limits; the direction is kept, non-finite is hover."""
+    size = np.sqrt((thrust * thrust).sum(-1))
+    if not np.isfinite(size).all():
+        rest = np.zeros_like(thrust)
+        rest[:, 2] = np.minimum(model.weight / model.n, model.max_thrust)
+        thrust = np.where(np.isfinite(size)[:, None], thrust, rest)
+        size = np.sqrt((thrust * thrust).sum(-1))
+    bound = np.clip(size, model.min_thrust, model.max_thrust)
+    return thrust * (bound / np.maximum(size, 1e-9))[:, None]

@@ -1,0 +1,254 @@
+"""Model predictive control of a payload on cables, at force level, by real-time iteration."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import piqp
+from numpy.typing import NDArray
+from pydrake.systems.framework import BasicVector, Context
+from scipy.linalg import lapack
+
+from drake_aerial.control.condensing import CondensedProblem
+from drake_aerial.control.controller import PayloadController
+from drake_aerial.control.flatness import Reference, ReferenceTable, reference_table
+from drake_aerial.control.observation import Observation
+from drake_aerial.control.payload_linearization import change_chart, discretize, linearize
+from drake_aerial.control.payload_model import PayloadState, retract, tangent_basis
+from drake_aerial.control.payload_parameters import PayloadModelParameters
+from drake_aerial.control.tracking_error import deviation, deviation_jacobian, terminal_cost
+from drake_aerial.control.trajectory import Trajectory
+from drake_aerial.errors import InputError
+from drake_aerial.geometry import cross
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class MpcWeights:
+    """Weights per second of horizon on squared deviations, and on squared deviations of the commanded thrusts.
+
+    Attributes
+    ----------
+    position, velocity : float
+        Of the tracked point [1/m^2, s^2/m^2].
+    attitude, rate : float
+        Of the payload [1/rad^2, s^2/rad^2].
+    direction, direction_rate : float
+        Of the cables [1/rad^2, s^2/rad^2].
+    thrust : float
+        Of the thrusts [1/N^2].
+    input : float
+        Of the commanded thrusts [1/N^2].
+    """
+
+    position: float = 400.0
+    velocity: float = 20.0
+    attitude: float = 2.0
+    rate: float = 0.5
+    direction: float = 2.0
+    direction_rate: float = 0.5
+    thrust: float = 0.0
+    input: float = 1.0
+
+
+class PayloadMpc(PayloadController):
+    """Tracks a trajectory with the payload's tracked point, and its attitude as far as the cables allow.
+
+    Each tick linearises the model once along the solution of the last tick, moved on in time, and solves one
+    quadratic program in the commanded thrusts (real-time iteration). The program is condensed; where its
+    unconstrained minimum respects the thrust box it is the solution, else PIQP finds it. What is carried from
+    tick to tick (the predicted states and inputs) lives in the Context. Double only.
+
+    Ports are those of `PayloadController` and
+
+    | port | size | meaning |
+    |---|---|---|
+    | out `diagnostics` | 4 | QP iterations (0: no bound active), active bounds, largest deviation of a state from its
+    prediction [SI], norm of the first step's correction [N] |
+
+    How long steps take is a measurement, not a state: `step_seconds` holds the last ones.
+
+    Parameters
+    ----------
+    model : PayloadModelParameters
+        What the controller believes.
+    stages : int
+        N, the number of steps of the horizon.
+    step : float
+        h, the length of a step [s].
+    weights : MpcWeights
+    integral_gain : float
+        Rate at which a remaining position error moves the reference [1/s]; 0 is off.
+    integral_limit : float
+        Largest shift of the reference by that [m].
+    """
+
+    def __init__(
+        self,
+        model: PayloadModelParameters,
+        *,
+        stages: int = 20,
+        step: float = 0.05,
+        weights: MpcWeights | None = None,
+        integral_gain: float = 0.0,
+        integral_limit: float = 0.3,
+        **keywords: Any,
+    ):
+        if stages < 2 or not step > 0.0:
+            raise InputError(f"an MPC needs at least 2 stages and a step > 0 s but got {stages}, {step}")
+        self.stages, self.step = stages, step
+        self.weights = weights or MpcWeights()
+        self.integral_gain, self.integral_limit = integral_gain, integral_limit
+        self.step_seconds: deque[float] = deque(maxlen=100_000)
+        self._n = model.n
+        super().__init__(model, **keywords)
+        n, w = model.n, self.weights
+        level = [1.0, 1.0, 0.0] if n == 1 else [1.0, 1.0, 1.0]
+        self._Q = step * np.concatenate(
+            [
+                np.repeat([w.position, w.velocity], 3),
+                w.attitude * np.array(level),
+                w.rate * np.array(level),
+                np.repeat([w.direction, w.direction_rate, w.thrust], [2 * n, 2 * n, 3 * n]),
+            ]
+        )
+        self._R = step * np.full(3 * n, w.input)
+        self._problem = CondensedProblem(stages, len(self._Q), 3 * n)
+        self._terminal: dict[float, Array] = {}
+        self._low, self._high = np.tile(thrust_box(model), (1, stages))
+        self._qp: Any = None
+        ticket = {self.all_state_ticket()}
+        self.DeclareVectorOutputPort("diagnostics", 4, self._calc_diagnostics, ticket)
+
+    def _initial_memory(self) -> Array:
+        n, N = self._n, self.stages
+        return np.zeros(_HEADER + N * 3 * n + (N + 1) * (18 + 9 * n))
+
+    def _fly(self, t: float, seen: Observation, reference: Trajectory, thrust: Array, memory: Array) -> Array:
+        begin = time.perf_counter()
+        n, N, h = self._n, self.stages, self.step
+        table = reference_table(self.model, reference)
+        desired = table.at(t + h * np.arange(N + 1))
+        plan = memory[_HEADER:]
+        if memory[0]:
+            x, u = shift(unpack(plan, N, n), plan[: N * 3 * n].reshape(N, n, 3), self.period / h)
+        now = self._measured(seen, thrust)
+        if not memory[0]:
+            x = PayloadState(*(np.repeat(field, N + 1, axis=0) for field in now))
+            u = desired.F[:N].copy()
+        surprise = np.abs(x.p[0] - now.p[0]).max()
+        for field, measured in zip(x, now):
+            field[0] = measured[0]
+        if self.integral_gain > 0.0:
+            shifted = memory[5:8] + self.integral_gain * self.period * (desired.p[0] - seen.p)
+            memory[5:8] = np.clip(shifted, -self.integral_limit, self.integral_limit)
+            desired = desired._replace(p=desired.p + memory[5:8])
+        change, iterations, active = self._improve(x, u, desired, table, reference.yaw)
+        u += change.reshape(N, n, 3)
+        x = retract(x, self._problem.expand(change))
+        memory[0:5] = 1.0, iterations, active, surprise, np.linalg.norm(change[: 3 * n])
+        memory[_HEADER:] = np.concatenate([u.ravel(), *(field.ravel() for field in x)])
+        self.step_seconds.append(time.perf_counter() - begin)
+        return u[0].copy()
+
+    def _measured(self, seen: Observation, thrust: Array) -> PayloadState:
+        """Return the model's state (batch of 1); the thrust is the command's part along each quadrotor's axis."""
+        c = self.model.p_LLcm
+        F = (thrust * seen.z_WQ).sum(-1, keepdims=True) * seen.z_WQ
+        p, v = seen.p + seen.R @ c, seen.v + seen.R @ cross(seen.W, c)
+        return PayloadState(*(field[None] for field in (p, v, seen.R, seen.W, seen.xi, seen.w, F)))
+
+    def _improve(
+        self, x: PayloadState, u: Array, desired: Reference, table: ReferenceTable, yaw: float
+    ) -> tuple[Array, int, int]:
+        """Return the change of the inputs (N 3 n,), the QP's iterations, and how many bounds are active."""
+        N = self.stages
+        first = PayloadState(*(field[:N] for field in x))
+        last = PayloadState(*(field[1:] for field in x))
+        E = tangent_basis(x.xi)
+        linear = linearize(self.model, first, u)
+        discrete = change_chart(discretize(linear, self.step), first, E[:N], last, E[1:])
+        e = deviation(self.model, x, desired, E)
+        C = deviation_jacobian(self.model, x)
+        CT = np.swapaxes(C, 1, 2)
+        P = self._terminal_cost(table, yaw)
+        Q = np.zeros((N + 1, len(self._Q), len(self._Q)))
+        Q[:, range(len(self._Q)), range(len(self._Q))] = self._Q
+        q = self._Q * e
+        Q[N], q[N] = P, P @ e[N]
+        Q[:, :12] = CT @ Q[:, :12]
+        Q[:, :, :12] = Q[:, :, :12] @ C
+        q[:, :12] = (CT @ q[:, :12, None])[:, :, 0]
+        r = self._R * (u - desired.u[:N]).reshape(N, -1)
+        H, g = self._problem.condense(discrete, Q, q, self._R, r)
+        return self._solve(H, g, self._low - u.ravel(), self._high - u.ravel())
+
+    def _solve(self, H: Array, g: Array, low: Array, high: Array) -> tuple[Array, int, int]:
+        _, solution, failed = lapack.dposv(H.T, -g, lower=0)
+        if not failed and (solution >= low).all() and (solution <= high).all():
+            return solution, 0, 0
+        H = np.tril(H) + np.tril(H, -1).T
+        if self._qp is None:
+            self._qp = piqp.DenseSolver()
+            self._qp.settings.eps_abs = self._qp.settings.eps_rel = 1e-6
+            self._qp.setup(H, g, x_l=low, x_u=high)
+        else:
+            self._qp.update(P=H, c=g, x_l=low, x_u=high)
+        self._qp.solve()
+        solution = np.clip(self._qp.result.x, low, high)
+        active = int(((solution - low < 1e-4) | (high - solution < 1e-4)).sum())
+        return solution, int(self._qp.result.info.iter), active
+
+    def _terminal_cost(self, table: ReferenceTable, yaw: float) -> Array:
+        if yaw not in self._terminal:
+            rest = table.at(np.array([np.inf]))
+            self._terminal[yaw] = terminal_cost(self.model, rest, self._Q, self._R, self.step)
+        return self._terminal[yaw]
+
+    def _calc_diagnostics(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(context.get_discrete_state(self._memory_index).value()[1:5])
+
+
+_HEADER = 8  # begun, four diagnostics, integral (3)
+
+
+def thrust_box(model: PayloadModelParameters) -> Array:
+    """Return the lowest and highest commanded thrust vectors, (2, 3 n) [N]: tilted by up to 45 deg at full thrust."""
+    side = np.sqrt(0.5) * model.max_thrust
+    low = np.stack([-side, -side, model.min_thrust], axis=1)
+    high = np.stack([side, side, model.max_thrust], axis=1)
+    return np.stack([low.ravel(), high.ravel()])
+
+
+def unpack(plan: Array, N: int, n: int) -> PayloadState:
+    """Return the states (batch N + 1) of a plan: inputs (N, n, 3), then every field of the states in turn."""
+    fields, at = [], N * 3 * n
+    for shape in ((3,), (3,), (3, 3), (3,), (n, 3), (n, 3), (n, 3)):
+        size = (N + 1) * int(np.prod(shape))
+        fields.append(plan[at : at + size].reshape(N + 1, *shape))
+        at += size
+    return PayloadState(*fields)
+
+
+def shift(x: PayloadState, u: Array, share: float) -> tuple[PayloadState, Array]:
+    """Return predicted states and inputs moved on by `share` of a step, extrapolated at the end.
+
+    Neighbours are close, so that blending and normalising is as good as the geodesic.
+    """
+
+    def moved(values: Array) -> Array:
+        low = int(share)
+        rest = share - low
+        padded = np.concatenate([values, np.repeat(2 * values[-1:] - values[-2:-1], low + 1, axis=0)])
+        return (1.0 - rest) * padded[low : low + len(values)] + rest * padded[low + 1 : low + 1 + len(values)]
+
+    x = PayloadState(*(moved(field) for field in x))
+    R = 1.5 * x.R - 0.5 * x.R @ np.swapaxes(x.R, 1, 2) @ x.R
+    xi = x.xi / np.sqrt((x.xi * x.xi).sum(-1, keepdims=True))
+    w = x.w - xi * (xi * x.w).sum(-1, keepdims=True)
+    return x._replace(R=R, xi=xi, w=w), moved(u)

@@ -1,0 +1,98 @@
+"""What a controller sees: its input ports as one value, the payload's position filtered."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_aerial.geometry import cross, matrix_from_quat
+
+Array = NDArray[np.float64]
+
+
+class Observation(NamedTuple):
+    """One measured state.
+
+    Attributes
+    ----------
+    p, v : (3,) arrays
+        Position and velocity of L's origin in the world [m, m/s].
+    R : (3, 3) array
+        R_WL.
+    W : (3,) array
+        Angular velocity of the payload in the axes of L [rad/s].
+    p_WQ, v_WQ : (n, 3) arrays
+        Position and velocity of the quadrotors [m, m/s].
+    z_WQ : (n, 3) array
+        Thrust axis of each quadrotor in the world.
+    xi, xi_dot : (n, 3) arrays
+        Cable directions, from quadrotor to contact, and their rates [1/s].
+    """
+
+    p: Array
+    v: Array
+    R: Array
+    W: Array
+    p_WQ: Array
+    v_WQ: Array
+    z_WQ: Array
+    xi: Array
+    xi_dot: Array
+
+    @property
+    def w(self) -> Array:
+        """Angular velocities (n, 3) of the cables in the world [rad/s]."""
+        return cross(self.xi, self.xi_dot)
+
+
+def observe(payload: Array, quadrotors: Array, cables: Array) -> Observation:
+    """Return the observation in port vectors: payload (13,), quadrotors (13 n,), cables (6 n,)."""
+    quadrotors, cables = quadrotors.reshape(-1, 13), cables.reshape(-1, 6)
+    R = matrix_from_quat(payload[0:4])
+    xi = cables[:, 0:3] / np.sqrt((cables[:, 0:3] ** 2).sum(-1, keepdims=True))
+    rate = cables[:, 3:6]
+    return Observation(
+        payload[4:7],
+        payload[10:13],
+        R,
+        payload[7:10] @ R,
+        quadrotors[:, 4:7],
+        quadrotors[:, 10:13],
+        matrix_from_quat(quadrotors[:, 0:4])[:, :, 2],
+        xi,
+        rate - xi * (xi * rate).sum(-1, keepdims=True),
+    )
+
+
+class PositionFilter(NamedTuple):
+    """A Kalman filter of a measured position whose rate is measured too.
+
+    The velocity is integrated and corrected by the noisy position, so that the estimate is smooth and does not lag.
+    All three axes share one variance.
+
+    Attributes
+    ----------
+    position_noise : float
+        Standard deviation of each measured coordinate [m]; 0 takes measurements as they are.
+    velocity_noise : float
+        Standard deviation of the integrated velocity's error, as white noise per step [m/s].
+    """
+
+    position_noise: float = 0.01
+    velocity_noise: float = 0.01
+
+    def step(self, memory: Array, measured: Array, velocity: Array, dt: float) -> Array:
+        """Return the memory (7,) after a measurement: estimate (3,) [m], last velocity (3,) [m/s], variance [m^2].
+
+        A memory with negative variance stands for "nothing seen yet".
+        """
+        noise = self.position_noise**2
+        if memory[6] < 0.0 or noise == 0.0:
+            return np.concatenate([measured, velocity, [noise]])
+        variance = memory[6] + (self.velocity_noise * dt) ** 2
+        predicted = memory[0:3] + 0.5 * dt * (memory[3:6] + velocity)
+        gain = variance / (variance + noise)
+        estimate = predicted + gain * (measured - predicted)
+        return np.concatenate([estimate, velocity, [(1.0 - gain) * variance]])

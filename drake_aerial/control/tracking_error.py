@@ -1,0 +1,110 @@
+"""The deviation of model states from a reference, its Jacobian, and the terminal cost that goes with it.
+
+The deviation e (nx = 12 + 7 n) is what the MPC weighs: position and velocity of the tracked point, attitude and
+angular velocity of the payload as vectors in the world, and the error-state entries of cables and thrusts. With
+one cable the payload's yaw can neither be measured against anything nor controlled: only the direction of the
+cable force counts.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_aerial.control.flatness import Reference
+from drake_aerial.control.payload_linearization import discretize, linearize
+from drake_aerial.control.payload_model import PayloadState, rotation_log
+from drake_aerial.control.payload_parameters import PayloadModelParameters
+from drake_aerial.geometry import cross, skew
+
+Array = NDArray[np.float64]
+
+
+def deviation(model: PayloadModelParameters, x: PayloadState, desired: Reference, E: Array) -> Array:
+    """Return e (B, nx) of states x from a reference; E (B, n, 3, 2) are the tangent bases at x."""
+    B, n = x.xi.shape[:2]
+    c = model.p_LLcm
+    omega = (x.R @ x.W[:, :, None])[:, :, 0]
+    arm = x.R @ c
+    if n == 1:
+        held = (desired.pull[:, None] @ desired.R)[:, 0]  # the axis of L that should point along the pull
+        theta = cross(desired.pull, (x.R @ held[:, :, None])[:, :, 0])
+    else:
+        theta = (desired.R @ rotation_log(np.swapaxes(desired.R, 1, 2) @ x.R)[:, :, None])[:, :, 0]
+    cables = np.stack([cross(desired.xi, x.xi), x.w - desired.w], axis=1)
+    local = (cables[:, :, :, None] @ E[:, None]).reshape(B, 4 * n)
+    return np.concatenate(
+        [
+            x.p - arm - desired.p,
+            x.v - cross(omega, arm) - desired.v,
+            theta,
+            omega - desired.omega,
+            local,
+            (x.F - desired.F).reshape(B, 3 * n),
+        ],
+        axis=1,
+    )
+
+
+def deviation_jacobian(model: PayloadModelParameters, x: PayloadState) -> Array:
+    """Return the first twelve rows and columns (B, 12, 12) of de/d(error state) at x; the rest is the identity."""
+    C = np.zeros((len(x.p), 12, 12))
+    C[:, range(6), range(6)] = 1.0
+    Wc = cross(x.W, model.p_LLcm)
+    stack = skew(np.stack([np.broadcast_to(model.p_LLcm, x.W.shape), Wc, -x.W], axis=1))
+    turned = x.R[:, None] @ stack
+    C[:, 0:3, 6:9] = C[:, 3:6, 9:12] = turned[:, 0]
+    C[:, 3:6, 6:9] = turned[:, 1]
+    C[:, 6:9, 6:9] = C[:, 9:12, 9:12] = x.R
+    C[:, 9:12, 6:9] = turned[:, 2]
+    return C
+
+
+def hover_state(model: PayloadModelParameters, desired: Reference) -> PayloadState:
+    """Return the model's state of a resting reference (batch of 1), at the world's origin."""
+    zero = np.zeros((1, 3))
+    return PayloadState(
+        desired.R[0:1] @ model.p_LLcm,
+        zero,
+        desired.R[0:1],
+        zero,
+        desired.xi[0:1],
+        np.zeros_like(desired.xi[0:1]),
+        desired.F[0:1],
+    )
+
+
+def terminal_cost(
+    model: PayloadModelParameters, desired: Reference, Q: Array, R: Array, step: float, sweeps: int = 400
+) -> Array:
+    """Return P (nx, nx) such that e^T P e is the cost to go of hovering, by Riccati sweeps from zero.
+
+    The algebraic equation has no solution where a mode is neither controllable nor weighed (the payload's yaw under
+    one cable); the recursion does not mind.
+
+    Parameters
+    ----------
+    model : PayloadModelParameters
+    desired : Reference
+        At rest, batch of 1.
+    Q, R : (nx,), (nu,) arrays
+        Weights per step on e and on the commanded thrusts.
+    step : float
+        [s]
+    sweeps : int
+    """
+    x = hover_state(model, desired)
+    linear = linearize(model, x, desired.F[0:1])
+    discrete = discretize(linear, step)
+    nx = len(Q)
+    C = np.eye(nx)
+    C[:12, :12] = deviation_jacobian(model, x)[0]
+    A = C @ discrete.Phi[0] @ np.linalg.inv(C)
+    B = C @ discrete.Gamma[0]
+    P = np.diag(Q)
+    for _ in range(sweeps):
+        PA, PB = P @ A, P @ B
+        gain = np.linalg.solve(np.diag(R) + B.T @ PB, B.T @ PA)
+        P = np.diag(Q) + A.T @ PA - (PB.T @ A).T @ gain
+        P = 0.5 * (P + P.T)
+    return P
