@@ -1,0 +1,77 @@
+"""What a transfer was based on, for pictures: features, votes and densities of the new cloud."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_aerial.geometry import Array, Pose, transform
+from drake_aerial.learning.hull import HorizontalHull
+from drake_aerial.perception.surface_features import SurfaceFeatures
+from drake_aerial.transfer.hull_votes import HullVotes
+from drake_aerial.transfer.likelihood import ContactLikelihood
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """The inner values of one transfer.
+
+    Attributes
+    ----------
+    X_SN : Pose
+        The cloud's canonical frame N in its own frame S.
+    features : SurfaceFeatures
+        Features of the cloud, in N.
+    hull : HorizontalHull
+        The cloud's hull, seen from above, in N.
+    likelihood : ContactLikelihood or None
+        log J with its query densities and votes, in N; None for `centroid`.
+    votes : HullVotes or None
+        The votes in hull coordinates; None for methods without.
+    scale : str
+        Scale mode that the votes used.
+    """
+
+    X_SN: Pose
+    features: SurfaceFeatures
+    hull: HorizontalHull
+    likelihood: ContactLikelihood | None
+    votes: HullVotes | None
+    scale: str
+
+    @property
+    def features_S(self) -> SurfaceFeatures:
+        """The features in the cloud's frame S."""
+        return self.features.transformed(self.X_SN)
+
+    def log_query(self, gripper: int = 0) -> Array:
+        """Return log Q_n at every feature (N,), a gripper standing on it along its normal; zeros for
+        `centroid`.
+        """
+        if self.likelihood is None:
+            return np.zeros(len(self.features))
+        return self.likelihood.queries[gripper].log_density(self.features.pose)
+
+    def log_votes(self) -> Array:
+        """Return log V at every feature (N,), the yaw that suits it best; zeros where there are no votes."""
+        if self.votes is None:
+            return np.zeros(len(self.features))
+        if not self.votes.with_yaw:
+            return self.votes.log_density(self.features.p, np.zeros(len(self.features)))
+        yaws = np.linspace(0.0, 2.0 * np.pi, 36, endpoint=False)
+        logs = [self.votes.log_density(self.features.p, np.full(len(self.features), yaw)) for yaw in yaws]
+        return np.max(logs, axis=0)
+
+    def log_surface(self, gripper: int = 0) -> Array:
+        """Return log(Q_n V^gamma) at every feature (N,): the heat map of where the gripper belongs."""
+        gamma = 0.0 if self.likelihood is None else self.likelihood.gamma
+        return self.log_query(gripper) + gamma * self.log_votes()
+
+    def votes_S(self) -> tuple[Array, Array]:
+        """Return the votes' positions (M, 3) in S [m], at the cloud's top, and their weights (M,)."""
+        if self.votes is None:
+            return np.empty((0, 3)), np.empty(0)
+        top = np.full(len(self.votes.positions), self.features.p[:, 2].max())
+        p_N = np.column_stack([self.votes.positions, top])
+        return transform(self.X_SN, p_N), self.votes.weights

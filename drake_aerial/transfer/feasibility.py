@@ -1,0 +1,117 @@
+"""Why a contact cannot be flown: named reasons instead of discarding by hand (DESIGN 4.4, Selection)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from drake_aerial.geometry import Array, Pose, axis_of
+from drake_aerial.transfer.local_surface import LocalSurface
+from drake_aerial.transfer.parameters import TransferParameters
+
+# A contact's own neighbourhood, whose points near the cable's foot are no obstacle [m].
+_FOOT = 0.03
+# Smallest part of the weight that a taut cable carries.
+_TAUT = 1e-3
+
+
+def reasons_against(
+    X_NG: Pose,
+    X_NQ: Pose,
+    distance: Array,
+    centre: Array,
+    surface: LocalSurface,
+    parameters: TransferParameters,
+) -> tuple[str, ...]:
+    """Return what makes one solution infeasible; empty if nothing does.
+
+    Parameters
+    ----------
+    X_NG, X_NQ : Pose
+        Grippers and quadrotors of one solution, batches (n,), in a frame N whose z is up.
+    distance : (n,) array
+        Distances of the contacts from the nearest point of the cloud [m].
+    centre : (2,) array
+        Where the centre of mass is believed to be, seen from above [m].
+    surface : LocalSurface
+        The visible surface, in N.
+    parameters : TransferParameters
+        Limits.
+    """
+    n = len(X_NG.p)
+    reasons = []
+    for i in range(n):
+        name = f"gripper {i + 1}: " if n > 1 else ""
+        elevation = np.arcsin(np.clip(axis_of(X_NG.q[i], 2)[2], -1.0, 1.0))
+        if elevation < parameters.min_elevation:
+            reasons.append(f"{name}upside down (its axis points {np.rad2deg(elevation):.0f} deg above the horizontal)")
+        elif _cable_hits(X_NG.take(i), X_NQ.p[i], surface.points, max(parameters.clearance, surface.spacing)):
+            reasons.append(f"{name}cable through the payload")
+        if distance[i] > max(parameters.off_surface, surface.spacing):
+            reasons.append(f"{name}off the surface (nearest point {100 * distance[i]:.1f} cm away)")
+    reasons += _too_close(X_NQ.p, parameters.separation)
+    share = load_shares(X_NG.p, X_NQ.p, centre)
+    if share is None or share.min() < _TAUT:
+        reasons.append("no positive-tension equilibrium (the payload's centre is not between the contacts)")
+    return tuple(reasons)
+
+
+def _cable_hits(X_NG: Pose, p_Q: Array, points: Array, clearance: float) -> bool:
+    length = np.linalg.norm(p_Q - X_NG.p)
+    direction = (p_Q - X_NG.p) / length
+    if direction @ axis_of(X_NG.q, 2) < 0.0:
+        return True
+    offset = points - X_NG.p
+    along = offset @ direction
+    radial = np.linalg.norm(offset - along[:, None] * direction, axis=1)
+    return bool(np.any((along > _FOOT) & (along < length) & (radial < clearance)))
+
+
+def _too_close(p_Q: Array, separation: float) -> list[str]:
+    reasons = []
+    for i in range(len(p_Q)):
+        for j in range(i):
+            d = np.linalg.norm(p_Q[i] - p_Q[j])
+            if d < separation:
+                reasons.append(f"quadrotors {j + 1} and {i + 1} too close ({d:.2f} m, at least {separation:.2f} m)")
+    return reasons
+
+
+def load_shares(p_G: Array, p_Q: Array, centre: Array) -> Array | None:
+    """Return the parts (n,) of the weight that cables carry in a static equilibrium with the payload as it
+    lies.
+
+    Among the non-negative tensions along the cables that balance weight and moment about the believed
+    centre, those with the smallest residual; None where a residual of over 2 % of weight times size remains.
+    One or two contacts let the payload swing about the line through them, which takes that moment out of the
+    balance.
+
+    Parameters
+    ----------
+    p_G, p_Q : (n, 3) arrays
+        Contacts and quadrotors, z up [m].
+    centre : (2,) array
+        The centre of mass seen from above [m].
+    """
+    from scipy.optimize import nnls
+
+    n = len(p_G)
+    if n == 1:
+        return np.ones(1)
+    direction = (p_Q - p_G) / np.linalg.norm(p_Q - p_G, axis=1, keepdims=True)
+    mean = p_G.mean(axis=0)
+    size = float(np.linalg.norm(p_G - mean, axis=1).max())
+    if size < 1e-6:
+        return None
+    _, spread, axes = np.linalg.svd((p_G - mean) / size)
+    # Moments about the mean contact, over the size; only those that the contacts can take up.
+    line = len(spread) < 2 or spread[1] < 0.05
+    keep = axes[1:] if line else np.eye(3)
+    arm = (p_G - mean) / size
+    moments = np.cross(arm, direction) @ keep.T
+    at = np.array([centre[0] - mean[0], centre[1] - mean[1], 0.0]) / size
+    load = np.concatenate([[0.0, 0.0, 1.0], np.cross(at, [0.0, 0.0, 1.0]) @ keep.T])
+    matrix = np.vstack([direction.T, moments.T])
+    tension, residual = nnls(matrix, load)
+    if residual > 0.02:
+        return None
+    return tension / max(tension.sum(), 1e-12)

@@ -1,0 +1,156 @@
+"""A blurred density of votes on a grid, read off by cubic splines: fast at any number of votes, with
+gradients.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from drake_aerial.geometry import Array
+
+# The density's floor, relative to its largest value: far from every vote the log stays finite and flat.
+FLOOR = 1e-8
+CELLS_PER_SIGMA = 4
+# Distance, in bandwidths, that the grid reaches beyond the region of interest.
+MARGIN = 4.0
+
+
+class GridDensity:
+    """Kernel density of weighted votes over D coordinates, of which some may be angles.
+
+    Parameters
+    ----------
+    votes : (M, D) array
+        Votes; angles in rad. Votes far outside the region are dropped.
+    weights : (M,) array
+        Weights, not negative.
+    sigma : (D,) sequence
+        Bandwidths.
+    lower, upper : (D,) sequences
+        Region of interest; for angles 0 to 2 pi.
+    periodic : (D,) sequence of bool
+        Which coordinates are angles.
+    """
+
+    def __init__(
+        self,
+        votes: Array,
+        weights: Array,
+        sigma: Sequence[float],
+        lower: Sequence[float],
+        upper: Sequence[float],
+        periodic: Sequence[bool],
+    ):
+        from scipy.ndimage import gaussian_filter1d, spline_filter1d
+
+        sigma_ = np.asarray(sigma, float)
+        self._periodic = tuple(periodic)
+        wrap = np.asarray(periodic)
+        reach = np.where(wrap, 0.0, MARGIN * sigma_)
+        self._lower = np.asarray(lower, float) - reach
+        span = np.asarray(upper, float) + reach - self._lower
+        self._shape = np.ceil(span / (sigma_ / CELLS_PER_SIGMA)).astype(int) + np.where(wrap, 0, 1)
+        self._step = span / (self._shape - np.where(wrap, 0, 1))
+        grid = self._deposited(votes, weights)
+        self.total = float(grid.sum())
+        """Weight of the votes that fell on the grid."""
+        for axis, periodic_ in enumerate(self._periodic):
+            cells = sigma_[axis] / self._step[axis]
+            grid = gaussian_filter1d(grid, cells, axis=axis, mode="wrap" if periodic_ else "constant", truncate=5)
+        self._log_scale = 0.0
+        if self.total > 0.0:
+            top = grid.max()
+            self._log_scale = float(np.log(top) - np.log(self.total) - np.log(self._step).sum())
+            grid = np.log(grid / top + FLOOR)
+        self._values = grid
+        for axis, periodic_ in enumerate(self._periodic):
+            grid = spline_filter1d(grid, axis=axis, mode="grid-wrap" if periodic_ else "mirror")
+        self._coefficients = grid
+
+    def _deposited(self, votes: Array, weights: Array) -> Array:
+        """Return the votes' weights shared among their cells' corners (multilinear)."""
+        position = (votes - self._lower) / self._step
+        grid = np.zeros(int(np.prod(self._shape)))
+        base = np.floor(position).astype(int)
+        fraction = position - base
+        for corner in np.ndindex(*(2,) * len(self._shape)):
+            cell = base + corner
+            share = np.prod(np.where(corner, fraction, 1.0 - fraction), axis=1) * weights
+            cell = np.where(self._periodic, cell % self._shape, cell)
+            inside = np.all((cell >= 0) & (cell < self._shape), axis=1)
+            flat = np.ravel_multi_index(tuple(cell[inside].T), tuple(self._shape))
+            grid += np.bincount(flat, share[inside], minlength=len(grid))
+        return grid.reshape(self._shape)
+
+    @property
+    def mode(self) -> Array:
+        """The grid point (D,) of the largest density."""
+        index = np.array(np.unravel_index(np.argmax(self._values), self._values.shape))
+        return self._lower + index * self._step
+
+    def log_density(self, x: Array) -> Array:
+        """Return the log-density (...) at x (..., D), normalised over the grid; flat outside it."""
+        return self._evaluate(x, gradient=False)[0]
+
+    def log_density_and_gradient(self, x: Array) -> tuple[Array, Array]:
+        """Return the log-density (...) and its gradient (..., D) at x (..., D)."""
+        return self._evaluate(x, gradient=True)
+
+    def _evaluate(self, x: Array, gradient: bool) -> tuple[Array, Array]:
+        x = np.asarray(x, float)
+        dimension = len(self._shape)
+        position = (x.reshape(-1, dimension) - self._lower) / self._step
+        indices, weights, slopes = [], [], []
+        for axis in range(dimension):
+            count, u = self._shape[axis], position[:, axis]
+            if not self._periodic[axis]:
+                u = np.clip(u, 0.0, count - 1.0)
+            base = np.floor(u).astype(int)
+            t = u - base
+            taps = base[:, None] + np.arange(-1, 3)
+            if self._periodic[axis]:
+                taps %= count
+            else:
+                # Mirrored about the first and the last grid point.
+                taps = np.abs(taps)
+                taps = np.where(taps > count - 1, 2 * (count - 1) - taps, taps)
+            indices.append(taps)
+            weights.append(_spline(t))
+            slope = _spline_slope(t) / self._step[axis]
+            inside = self._periodic[axis] | ((position[:, axis] >= 0) & (position[:, axis] <= count - 1))
+            slopes.append(slope * np.atleast_1d(inside)[:, None])
+        letters = "abc"[:dimension]
+        picked = self._coefficients[
+            tuple(
+                index.reshape(len(position), *(4 if k == axis else 1 for k in range(dimension)))
+                for axis, index in enumerate(indices)
+            )
+        ]
+        rule = f"n{letters}," + ",".join(f"n{letter}" for letter in letters) + "->n"
+        value = np.einsum(rule, picked, *weights) + self._log_scale
+        slope_out = np.zeros((len(position), dimension))
+        if gradient:
+            for axis in range(dimension):
+                factors = [slopes[k] if k == axis else weights[k] for k in range(dimension)]
+                slope_out[:, axis] = np.einsum(rule, picked, *factors)
+        return value.reshape(x.shape[:-1]), slope_out.reshape(x.shape)
+
+
+def _spline(t: Array) -> Array:
+    """Return the cubic B-spline's four weights (N, 4) at fractions t (N,)."""
+    s = 1.0 - t
+    return (
+        np.stack(
+            [s**3, 3 * t**3 - 6 * t**2 + 4, 3 * s**3 - 6 * s**2 + 4, t**3],
+            axis=1,
+        )
+        / 6.0
+    )
+
+
+def _spline_slope(t: Array) -> Array:
+    """Return the derivatives (N, 4) of `_spline` by t."""
+    s = 1.0 - t
+    return np.stack([-(s**2) / 2, (3 * t**2 - 4 * t) / 2, -(3 * s**2 - 4 * s) / 2, t**2 / 2], axis=1)

@@ -1,0 +1,161 @@
+"""Votes in hull coordinates: where on the new object the demonstrated contact would be (DESIGN 4.5, steps 1
+to 3).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_aerial.errors import JobError
+from drake_aerial.geometry import Array
+from drake_aerial.learning.hull import HorizontalHull
+from drake_aerial.learning.skill import ContactSkill
+from drake_aerial.learning.task_model import draw_by, gravity_saliency, horizontal_direction
+from drake_aerial.perception.surface_features import SurfaceFeatures
+from drake_aerial.transfer.grid_density import GridDensity
+from drake_aerial.transfer.parameters import TransferParameters
+
+
+@dataclass(frozen=True, eq=False)
+class GravityFeatures:
+    """Salient features in their gravity frames: outward horizontal t, and e = t turned by 90 degrees.
+
+    Attributes
+    ----------
+    p : (N, 2) array
+        Horizontal positions [m].
+    t : (N, 2) array
+        Unit outward horizontal directions.
+    strength : (N,) array
+        Size of the descriptor: |r1|, or an edge's for a rim.
+    depth : (N,) array
+        Relative depth xi = t . (p - m) / h(t) in the hull.
+    support, width : (N,) arrays
+        The hull's support along t and width along e [m].
+    """
+
+    p: Array
+    t: Array
+    strength: Array
+    depth: Array
+    support: Array
+    width: Array
+
+    @classmethod
+    def of(cls, features: SurfaceFeatures, hull: HorizontalHull) -> GravityFeatures:
+        """Return the gravity frames of features in a frame whose z is up."""
+        t, _ = horizontal_direction(features)
+        p = features.p[:, :2]
+        support = np.maximum(hull.support(t), 1e-6)
+        depth = np.sum(t * (p - hull.centroid), axis=1) / support
+        width = np.maximum(hull.width(turned(t)), 1e-6)
+        return cls(p, t, features.saliency, depth, support, width)
+
+
+def turned(t: Array) -> Array:
+    """Return horizontal vectors t (..., 2) turned by +90 degrees."""
+    return np.stack([-t[..., 1], t[..., 0]], axis=-1)
+
+
+class HullVotes:
+    """The votes of the new cloud's salient features, and their density V over x, y (and yaw for several
+    grippers).
+
+    Parameters
+    ----------
+    skill : ContactSkill
+        What was demonstrated.
+    features : SurfaceFeatures
+        Features of the new cloud, in its canonical frame N (z up).
+    hull : HorizontalHull
+        The new cloud's hull in N.
+    scale : str
+        `support`, `area` or `rigid`.
+    parameters : TransferParameters
+        Bandwidths and numbers.
+    rng : numpy.random.Generator
+        Draws the voters.
+
+    Attributes
+    ----------
+    positions : (M, 2) array
+        Votes for the formation origin (for one gripper: the gripper) in N [m].
+    weights : (M,) array
+        Their weights.
+    density : GridDensity
+        V.
+
+    Raises
+    ------
+    JobError
+        If every vote has the weight zero.
+    """
+
+    def __init__(
+        self,
+        skill: ContactSkill,
+        features: SurfaceFeatures,
+        hull: HorizontalHull,
+        scale: str,
+        parameters: TransferParameters,
+        rng: np.random.Generator,
+    ):
+        self.scale = scale
+        drawn = draw_by(gravity_saliency(features), parameters.voters, rng)
+        new = GravityFeatures.of(features.take(drawn), hull)
+        old = GravityFeatures.of(skill.task.salient, skill.hull)
+        X = skill.X_NG.p.mean(axis=0)[:2]
+        along = np.sum(old.t * (X - old.p), axis=1)
+        across = np.sum(turned(old.t) * (X - old.p), axis=1)
+        ratio_t, ratio_e = _ratios(scale, new, old, hull, skill.hull)
+        # Every demonstrated feature j against every voter a: arrays (A, J).
+        p = (
+            new.p[:, None]
+            + new.t[:, None] * (ratio_t * along)[..., None]
+            + turned(new.t)[:, None] * (ratio_e * across)[..., None]
+        )
+        log_weight = -0.5 * ((new.strength[:, None] - old.strength) / parameters.vote_descriptor) ** 2
+        log_weight = log_weight - 0.5 * ((new.depth[:, None] - old.depth) / parameters.vote_depth) ** 2
+        self.positions = p.reshape(-1, 2)
+        self.weights = np.exp(log_weight).ravel()
+        self.yaw = (_angle(new.t)[:, None] - _angle(old.t)).ravel() % (2.0 * np.pi)
+
+        lower, upper = hull.vertices.min(axis=0), hull.vertices.max(axis=0)
+        votes, sigma = self.positions, [parameters.vote_sigma] * 2
+        low, high, periodic = list(lower), list(upper), [False, False]
+        self.with_yaw = len(skill) > 1
+        if self.with_yaw:
+            votes = np.column_stack([votes, self.yaw])
+            sigma, periodic = [*sigma, parameters.vote_sigma_rotation], [False, False, True]
+            low, high = [*low, 0.0], [*high, 2.0 * np.pi]
+        self.density = GridDensity(votes, self.weights, sigma, low, high, periodic)
+        if not self.density.total > 1e-12 * len(self.weights):
+            raise JobError(
+                "the votes are zero: no salient feature of the new cloud resembles one of the demonstration in "
+                "curvature and depth, so nothing says where on this object the contact belongs; "
+                "method 'control' goes without votes"
+            )
+
+    def log_density(self, origin: Array, yaw: Array) -> Array:
+        """Return log V (...) at formation origins (..., 3) [m] and yaws (...) [rad]; z is ignored."""
+        x = origin[..., :2]
+        if self.with_yaw:
+            x = np.concatenate([x, yaw[..., None]], axis=-1)
+        return self.density.log_density(x)
+
+
+def _angle(t: Array) -> Array:
+    return np.arctan2(t[:, 1], t[:, 0])
+
+
+def _ratios(
+    scale: str, new: GravityFeatures, old: GravityFeatures, hull: HorizontalHull, hull_old: HorizontalHull
+) -> tuple[Array, Array]:
+    """Return the factors (A, J) of offsets along t and along e."""
+    if scale == "support":
+        return new.support[:, None] / old.support, new.width[:, None] / old.width
+    factor = np.sqrt(hull.area / hull_old.area) if scale == "area" else 1.0
+    ones = np.full((len(new.p), len(old.p)), factor)
+    return ones, ones

@@ -1,0 +1,98 @@
+"""The contact likelihood J(h) = H(h) prod_n Q_n(L_n) V^gamma that annealing maximises (DESIGN 4.4, 4.5)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_aerial.geometry import Array, Pose, quat_about_axis, rotate
+from drake_aerial.learning.configuration_model import ConfigurationModel
+from drake_aerial.learning.hull import HorizontalHull
+from drake_aerial.transfer.hull_votes import HullVotes
+from drake_aerial.transfer.query_density import Query
+
+# Weight of the votes in J: a formation's n densities together outweigh one vote (DESIGN 4.5, step 5).
+GAMMA_ONE, GAMMA_SEVERAL = 1.0, 3.0
+_Z = np.array([0.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True)
+class ScalePrior:
+    """Gaussian prior of the log of a formation's scale on the new object.
+
+    Attributes
+    ----------
+    log_mean, sigma : float
+        Mean and standard deviation of log s.
+    """
+
+    log_mean: float
+    sigma: float
+
+    @classmethod
+    def of_hulls(cls, new: HorizontalHull, old: HorizontalHull, yaw: float) -> ScalePrior:
+        """Return the mean and spread over direction of log(h_new / h_old), the old hull turned by `yaw`
+        [rad].
+        """
+        angle = np.linspace(0.0, 2.0 * np.pi, 180, endpoint=False)
+        t_old = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        t_new = np.stack([np.cos(angle + yaw), np.sin(angle + yaw)], axis=-1)
+        log_ratio = np.log(new.support(t_new) / old.support(t_old))
+        return cls(float(log_ratio.mean()), max(float(log_ratio.std()), 0.02))
+
+
+class ContactLikelihood:
+    """log J of gripper poses in the new cloud's canonical frame N.
+
+    Parameters
+    ----------
+    configuration : ConfigurationModel
+        H.
+    queries : sequence of n query densities
+        Q_n, or C_n.
+    votes : HullVotes or None
+        V; None where the method has none or has them inside Q_n.
+    prior : ScalePrior
+        Prior of a formation's scale.
+    """
+
+    def __init__(
+        self,
+        configuration: ConfigurationModel,
+        queries: tuple[Query, ...],
+        votes: HullVotes | None,
+        prior: ScalePrior,
+    ):
+        self.configuration, self.queries, self.votes, self.prior = configuration, queries, votes, prior
+        self.gamma = GAMMA_ONE if len(queries) == 1 else GAMMA_SEVERAL
+        self._spread = float(np.sum(configuration.X_FG.p**2))
+
+    def __call__(self, X_NG: Pose, coarse: bool = False) -> Array:
+        """Return log J (...) of gripper poses X_NG (..., n); quadrotors hang their cables as demonstrated.
+
+        `coarse` evaluates the query densities in single precision.
+        """
+        origin, yaw = self.configuration.formation_frames(X_NG)
+        scale = self.scale(X_NG, origin, yaw)
+        log_j = self.configuration.log_density(X_NG, scale=scale)
+        if len(self.queries) > 1:
+            log_j = log_j - 0.5 * ((np.log(scale) - self.prior.log_mean) / self.prior.sigma) ** 2
+        for n, query in enumerate(self.queries):
+            log_j = log_j + query.log_density(Pose(X_NG.p[..., n, :], X_NG.q[..., n, :]), coarse)
+        if self.votes is not None:
+            log_j = log_j + self.gamma * self.votes.log_density(origin, yaw)
+        return log_j
+
+    def scale(self, X_NG: Pose, origin: Array, yaw: Array) -> Array:
+        """Return the formation's scale (...): closed-form Procrustes, drawn to the prior's mean by its
+        width.
+        """
+        mean = np.exp(self.prior.log_mean)
+        if self._spread < 1e-12:
+            return np.full(np.shape(yaw), mean)
+        turned = rotate(quat_about_axis(_Z, yaw)[..., None, :], self.configuration.X_FG.p)
+        overlap = np.sum(turned * (X_NG.p - origin[..., None, :]), axis=(-1, -2))
+        trust = 1.0 / self.configuration.sigma_p**2
+        prior = 1.0 / (self.prior.sigma * mean) ** 2
+        return np.maximum((overlap * trust + prior * mean) / (self._spread * trust + prior), 0.05)

@@ -1,0 +1,107 @@
+"""The query density of one gripper on a new cloud: where the surface looks like the demonstrated contact."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from drake_aerial.density.pose_density import PoseDensity
+from drake_aerial.errors import JobError
+from drake_aerial.geometry import Array, Pose
+from drake_aerial.learning.skill import ContactSkill
+from drake_aerial.learning.task_model import draw_by
+from drake_aerial.perception.surface_features import SurfaceFeatures
+
+# Descriptors further than this many bandwidths from every contact kernel do not resemble the contact at all.
+_UNLIKE = 8.0
+
+
+def draw_candidates(
+    skill: ContactSkill, gripper: int, features: SurfaceFeatures, count: int, rng: np.random.Generator
+) -> tuple[Pose, Array]:
+    """Draw candidate poses L = v_i o u_ni of a gripper, and their log-weights log M_n(r_i) O_n(r_i).
+
+    Features i are drawn uniformly over the new cloud's surface, contact kernels by their likelihood of r_i.
+
+    Returns
+    -------
+    candidates : Pose
+        X_NG, batch (count,).
+    log_weights : (count,) array
+
+    Raises
+    ------
+    JobError
+        If no feature of the new cloud resembles the demonstrated contact's.
+    """
+    contact, local = skill.contacts[gripper].density, skill.objects[gripper].density
+    drawn = features.take(draw_by(np.ones(len(features)), count, rng))
+    log_m = contact.log_descriptor_density(drawn.r)
+    log_o = local.log_descriptor_density(drawn.r)
+    peak = -0.5 * _UNLIKE**2 + contact.log_descriptor_density(contact.descriptor).max()
+    if not log_m.max() > peak:
+        raise JobError(
+            f"the contact density of gripper {gripper + 1} is zero: no feature of the new cloud is curved like the "
+            "demonstrated contact"
+        )
+    kernel = contact.sample_kernels(drawn.r, rng)
+    return drawn.spun(rng) @ contact.pose.take(kernel), log_m + log_o
+
+
+class NormalisedQuery:
+    """Contact density per unit of surface, C_n(L) = Q_M(L) / (D(L) + d0) (DESIGN 4.5, step 4).
+
+    Q_M is the KDE over the candidates with their contact weights, D the same kernels with equal weights, d0
+    a part of D's median: what remains is how much the surface looks like the contact, not how densely it was
+    sampled.
+
+    Attributes
+    ----------
+    candidates : Pose
+        X_NG of the K candidates.
+    """
+
+    def __init__(self, candidates: Pose, log_weights: Array, sigma_p: float, sigma_q: float, axial: bool, floor: float):
+        self.candidates = candidates
+        self._density = PoseDensity(candidates, sigma_p=sigma_p, sigma_q=sigma_q, axial=axial)
+        self._coarse = PoseDensity(candidates, sigma_p=sigma_p, sigma_q=sigma_q, axial=axial, single=True)
+        # Relative to the best candidate: C then tells how alike a place is, between zero and one.
+        contact = np.exp(log_weights - log_weights.max()) / len(log_weights)
+        self._weights = np.column_stack([contact, self._density.weights])
+        log_d = self._density.log_density(candidates)
+        self._log_floor = float(np.log(floor) + np.median(log_d))
+
+    def log_density(self, X_NG: Pose, coarse: bool = False) -> Array:
+        """Return log C (...) at gripper poses (...); `coarse` is faster, in single precision."""
+        logs = (self._coarse if coarse else self._density).log_densities(X_NG, self._weights)
+        return logs[..., 0] - np.logaddexp(logs[..., 1], self._log_floor)
+
+
+class ResampledQuery:
+    """The paper's query density: the KDE over N_Q candidates resampled by their weights (DESIGN 4.3, step 3).
+
+    Attributes
+    ----------
+    candidates : Pose
+        X_NG of the N_Q kernels.
+    """
+
+    def __init__(
+        self,
+        candidates: Pose,
+        log_weights: Array,
+        count: int,
+        sigma_p: float,
+        sigma_q: float,
+        axial: bool,
+        rng: np.random.Generator,
+    ):
+        self.candidates = candidates.take(draw_by(np.exp(log_weights - log_weights.max()), count, rng))
+        self._density = PoseDensity(self.candidates, sigma_p=sigma_p, sigma_q=sigma_q, axial=axial)
+        self._coarse = PoseDensity(self.candidates, sigma_p=sigma_p, sigma_q=sigma_q, axial=axial, single=True)
+
+    def log_density(self, X_NG: Pose, coarse: bool = False) -> Array:
+        """Return log Q (...) at gripper poses (...); `coarse` is faster, in single precision."""
+        return (self._coarse if coarse else self._density).log_density(X_NG)
+
+
+Query = NormalisedQuery | ResampledQuery

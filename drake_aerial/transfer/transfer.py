@@ -1,0 +1,223 @@
+"""Transfer a learnt contact to a new cloud (the paper's section "Transferring to novel surfaces")."""
+
+from __future__ import annotations
+
+import time
+from functools import partial
+
+import numpy as np
+
+from drake_aerial.errors import InputError
+from drake_aerial.geometry import Array, Pose, axis_of, quat_about_axis, quat_from_xz, rotate
+from drake_aerial.learning.hull import HorizontalHull
+from drake_aerial.learning.skill import ContactSkill
+from drake_aerial.perception.canonical import to_canonical
+from drake_aerial.perception.point_cloud import PointCloud
+from drake_aerial.perception.surface_features import SurfaceFeatures, compute_features
+from drake_aerial.transfer.annealing import anneal
+from drake_aerial.transfer.baseline import centroid_contacts
+from drake_aerial.transfer.evidence import Evidence
+from drake_aerial.transfer.feasibility import reasons_against
+from drake_aerial.transfer.hull_votes import HullVotes
+from drake_aerial.transfer.likelihood import ContactLikelihood, ScalePrior
+from drake_aerial.transfer.local_surface import LocalSurface
+from drake_aerial.transfer.paper_votes import paper_votes
+from drake_aerial.transfer.parameters import METHODS, TransferParameters
+from drake_aerial.transfer.query_density import NormalisedQuery, Query, ResampledQuery, draw_candidates
+from drake_aerial.transfer.scale_choice import choose_scale
+from drake_aerial.transfer.selection import distinct
+from drake_aerial.transfer.solutions import ContactSolutions, Solution
+from drake_aerial.transfer.starts import draw_starts
+
+
+def transfer(
+    skill: ContactSkill,
+    cloud: PointCloud,
+    *,
+    method: str = "task",
+    top: int = 5,
+    seed: int = 0,
+    parameters: TransferParameters | None = None,
+) -> ContactSolutions:
+    """Find where the skill's grippers belong on a new cloud.
+
+    Everything is computed in the cloud's canonical frame N and mapped back, so that contacts follow the
+    cloud under yaw and translation, and under any rotation if `up` turns with it.
+
+    Parameters
+    ----------
+    skill : ContactSkill
+        What was learnt from the demonstration, for n grippers.
+    cloud : PointCloud
+        The new payload's cloud, in its frame S [m]; its `up` and `viewpoint` are honoured.
+    method : str
+        `task`, `paper`, `kopicki`, `control` (`task` without votes) or `centroid`.
+    top : int
+        Number of distinct solutions wanted; fewer where fewer exist.
+    seed : int
+        The same inputs and seed give the same solutions, bit for bit.
+    parameters : TransferParameters, optional
+        Bandwidths and numbers.
+
+    Returns
+    -------
+    ContactSolutions
+        In S, the likeliest first, feasible or with reasons.
+
+    Raises
+    ------
+    InputError
+        If the method is unknown, or the cloud has no surface features.
+    JobError
+        If votes or contact density are zero on the whole cloud; the message says which.
+    """
+    parameters = parameters or TransferParameters()
+    if method not in METHODS:
+        raise InputError(f"unknown method {method!r}; accepted: {', '.join(METHODS)}")
+    if top < 1 or seed < 0:
+        raise InputError(f"top should be at least 1 and seed not negative, got {top} and {seed}")
+    clock = [time.perf_counter()]
+
+    # The new object's features, in its canonical frame.
+    cloud_N, X_SN = to_canonical(cloud)
+    features = compute_features(cloud_N, skill.parameters.features)
+    hull = HorizontalHull.of_points(features.p)
+    surface = LocalSurface(features)
+    clock.append(time.perf_counter())
+
+    if method == "centroid":
+        X_NG = centroid_contacts(skill.configuration, hull, surface)
+        log_j = np.zeros(1)
+        evidence = Evidence(X_SN, features, hull, None, None, "rigid")
+        clock.append(time.perf_counter())
+    else:
+        # Where the surface looks like the contact, and where the votes would have it.
+        streams = np.random.default_rng(seed).spawn(3)
+        evidence = query(skill, features, hull, X_SN, method, parameters, streams[0])
+        assert evidence.likelihood is not None
+        starts = draw_starts(evidence.likelihood, parameters, streams[1])
+        clock.append(time.perf_counter())
+
+        # The likeliest configurations, set down on the surface.
+        X_NG, _ = anneal(partial(evidence.likelihood, coarse=True), starts, parameters, streams[2])
+        X_NG, _, _ = surface.set_down(X_NG)
+        log_j = evidence.likelihood(X_NG)
+    chosen = distinct(X_NG, log_j, top, parameters.distinct)
+    X_NG = _spin_free(skill, X_NG.take(chosen))
+    solutions = _solutions(skill, X_NG, log_j[chosen], X_SN, hull, surface, parameters)
+    clock.append(time.perf_counter())
+    names = ("features_s", "query_s", "optimise_s")
+    return ContactSolutions(
+        method=method,
+        seed=seed,
+        skill=skill.label,
+        cloud={
+            "path": cloud.path,
+            "sha256": cloud.sha256,
+            "points": len(cloud),
+            "dropped_points": cloud.dropped_points,
+            "centroid": cloud.centroid.tolist(),
+        },
+        timing={name: round(b - a, 4) for name, a, b in zip(names, clock, clock[1:])},
+        solutions=solutions,
+        evidence=evidence,
+    )
+
+
+def query(
+    skill: ContactSkill,
+    features: SurfaceFeatures,
+    hull: HorizontalHull,
+    X_SN: Pose,
+    method: str,
+    parameters: TransferParameters,
+    rng: np.random.Generator,
+) -> Evidence:
+    """Build the densities of a method on a new cloud's features in N (DESIGN 4.3 and 4.5).
+
+    Methods that differ in their votes alone draw the same candidates from the same generator.
+    """
+    votes_kind, sampling = METHODS[method]
+    bandwidth, axial = skill.parameters.bandwidth, skill.parameters.axial
+    vote_rng, *gripper_rngs = rng.spawn(len(skill) + 1)
+    votes, scale = None, "rigid"
+    if votes_kind == "hull":
+        scale = parameters.scale
+        if scale == "auto":
+            scale = choose_scale(skill, features, hull, parameters)
+        votes = HullVotes(skill, features, hull, scale, parameters, vote_rng)
+    size_ratio = float(np.sqrt(hull.area / skill.hull.area))
+    queries: list[Query] = []
+    for n, gripper_rng in enumerate(gripper_rngs):
+        draw_rng, paper_rng, resample_rng = gripper_rng.spawn(3)
+        count = parameters.candidates if sampling == "normalised" else parameters.paper_candidates
+        candidates, log_weights = draw_candidates(skill, n, features, count, draw_rng)
+        if votes_kind == "paper":
+            V = paper_votes(skill, n, features, size_ratio, parameters, paper_rng)
+            log_weights = log_weights + V.log_density(candidates)
+        if sampling == "normalised":
+            queries.append(
+                NormalisedQuery(
+                    candidates, log_weights, bandwidth.position, bandwidth.rotation, axial, parameters.floor
+                )
+            )
+        else:
+            queries.append(
+                ResampledQuery(
+                    candidates,
+                    log_weights,
+                    parameters.kernels,
+                    bandwidth.position,
+                    bandwidth.rotation,
+                    axial,
+                    resample_rng,
+                )
+            )
+    yaw = float(votes.density.mode[2]) if votes is not None and votes.with_yaw else 0.0
+    prior = ScalePrior.of_hulls(hull, skill.hull, yaw) if scale != "rigid" else ScalePrior(0.0, 0.02)
+    likelihood = ContactLikelihood(skill.configuration, tuple(queries), votes, prior)
+    return Evidence(X_SN, features, hull, likelihood, votes, scale)
+
+
+def _spin_free(skill: ContactSkill, X_NG: Pose) -> Pose:
+    """Give grippers that are symmetric about their z axis, whose turn about it annealing left to chance, a
+    fixed one.
+    """
+    if not skill.parameters.axial:
+        return X_NG
+    x = np.zeros_like(X_NG.p)
+    x[..., 0] = 1.0
+    if len(skill) > 1:
+        _, yaw = skill.configuration.formation_frames(X_NG)
+        x = rotate(quat_about_axis(np.array([0.0, 0.0, 1.0]), yaw)[..., None, :], x)
+    z = axis_of(X_NG.q, 2)
+    along = np.abs(np.sum(x * z, axis=-1, keepdims=True)) > 0.999
+    return Pose(X_NG.p, quat_from_xz(np.where(along, [0.0, 0.0, 1.0], x), z))
+
+
+def _solutions(
+    skill: ContactSkill,
+    X_NG: Pose,
+    log_j: Array,
+    X_SN: Pose,
+    hull: HorizontalHull,
+    surface: LocalSurface,
+    parameters: TransferParameters,
+) -> tuple[Solution, ...]:
+    X_NQ = skill.configuration.quadrotors_over(X_NG)
+    _, normal, distance = surface.set_down(X_NG)
+    solutions = []
+    for k in range(len(log_j)):
+        reasons = reasons_against(X_NG.take(k), X_NQ.take(k), distance[k], hull.centroid, surface, parameters)
+        solutions.append(
+            Solution(
+                rank=k + 1,
+                log_likelihood=float(log_j[k]),
+                feasible=not reasons,
+                reasons=reasons,
+                X_SG=X_SN @ X_NG.take(k),
+                normal=rotate(X_SN.q, normal[k]),
+                X_SQ=X_SN @ X_NQ.take(k),
+            )
+        )
+    return tuple(solutions)

@@ -1,0 +1,94 @@
+"""contacts.json: the contract, its reading back, and what is refused."""
+
+import json
+
+import numpy as np
+import pytest
+
+from drake_aerial.errors import InputError
+from drake_aerial.geometry import Pose
+from drake_aerial.transfer.selection import distinct
+from drake_aerial.transfer.solutions import ContactSolutions, Solution
+
+KEYS = ["schema", "version", "units", "frame", "method", "seed", "skill", "cloud", "timing", "solutions"]
+
+
+def make():
+    up = np.array([[1.0, 0.0, 0.0, 0.0]])
+    solutions = tuple(
+        Solution(
+            rank,
+            -float(rank) / 3.0,
+            rank == 2,
+            () if rank == 2 else ("upside down",),
+            Pose(np.array([[0.1 * rank, 1 / 3, 0.3]]), up),
+            np.array([[0.0, 0.0, 1.0]]),
+            Pose(np.array([[0.1, 0.2, 0.8]]), up),
+        )
+        for rank in (1, 2)
+    )
+    cloud = {"path": None, "sha256": "ab", "points": 7, "dropped_points": 1, "centroid": [0.0, 0.0, 0.0]}
+    timing = {"features_s": 0.1, "query_s": 0.2, "optimise_s": 0.3}
+    return ContactSolutions("task", 3, "flat", cloud, timing, solutions)
+
+
+def test_holds_the_contract():
+    values = json.loads(make().to_json())
+    assert list(values) == KEYS
+    assert (values["schema"], values["version"]) == ("drake_aerial/contacts", 1)
+    assert (values["units"], values["frame"]) == ("m", "cloud")
+    assert set(values["cloud"]) == {"path", "sha256", "points", "dropped_points", "centroid"}
+    assert set(values["timing"]) == {"features_s", "query_s", "optimise_s"}
+    solution = values["solutions"][0]
+    assert set(solution) == {"rank", "log_likelihood", "feasible", "reasons", "grippers", "quadrotors"}
+    assert set(solution["grippers"][0]) == {"position", "quaternion_wxyz", "normal"}
+    assert set(solution["quadrotors"][0]) == {"position", "quaternion_wxyz"}
+    assert solution["reasons"] == ["upside down"]
+
+
+def test_reads_back_bit_equal(tmp_path):
+    make().write(tmp_path / "contacts.json")
+    again = ContactSolutions.read(tmp_path / "contacts.json")
+    assert again.to_json() == make().to_json()
+    np.testing.assert_array_equal(again[0].X_SG.p, make()[0].X_SG.p)
+    assert again.best is not None
+    assert again.best.rank == 2
+    assert [path.name for path in tmp_path.iterdir()] == ["contacts.json"]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"schema": "x"}, "schema 'x'"),
+        ({"version": 2}, "version 2"),
+        ({"solutions": [{"rank": 1}]}, "incomplete"),
+        ({"skill": None, "seed": None}, "incomplete"),
+    ],
+)
+def test_refuses_other_files(tmp_path, change, message):
+    path = tmp_path / "contacts.json"
+    path.write_text(json.dumps(make().to_dict() | change))
+    with pytest.raises(InputError, match=message):
+        ContactSolutions.read(path)
+
+
+def test_refuses_what_is_no_json(tmp_path):
+    (tmp_path / "a.json").write_text("{")
+    with pytest.raises(InputError, match="not JSON"):
+        ContactSolutions.read(tmp_path / "a.json")
+    with pytest.raises(InputError, match="cannot read"):
+        ContactSolutions.read(tmp_path / "missing.json")
+
+
+def test_distinct_solutions_are_apart_and_ranked():
+    p = np.array([[[0, 0, 0]], [[0.001, 0, 0]], [[0.02, 0, 0]], [[0.021, 0, 0]], [[0.5, 0, 0]]], float)
+    X = Pose(p, np.tile([1.0, 0, 0, 0], (5, 1, 1)))
+    log_j = np.array([1.0, 3.0, 2.0, 2.5, 0.0])
+    assert distinct(X, log_j, 5, 0.005).tolist() == [1, 3, 4]
+    assert distinct(X, log_j, 2, 0.005).tolist() == [1, 3]
+
+
+def test_equal_grippers_are_interchangeable():
+    p = np.array([[[0, 0, 0], [1, 0, 0]], [[1, 0, 0], [0, 0, 0]], [[0, 0, 0], [1.1, 0, 0]]], float)
+    X = Pose(p, np.tile([1.0, 0, 0, 0], (3, 2, 1)))
+    assert distinct(X, np.array([3.0, 2.0, 1.0]), 5, 0.005).tolist() == [0, 2]
