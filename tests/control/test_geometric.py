@@ -1,0 +1,109 @@
+import numpy as np
+import pytest
+from light_loop import fly, hanging
+from payload_cases import random_model
+from ticks import one_tick, port_values
+
+from drake_aerial.control.geometric import GeometricController, GeometricGains, cable_forces
+from drake_aerial.control.observation import PositionFilter, observe
+from drake_aerial.control.payload_model import PayloadState, derivative, retract
+from drake_aerial.control.payload_parameters import GRAVITY, PayloadModelParameters
+from drake_aerial.control.trajectory import HoverTrajectory, TransportTrajectory
+
+INERTIA = np.diag([0.006, 0.0059, 0.0107])
+THREE = [[-0.154, -0.267, 0.011], [0.308, 0.0, 0.011], [-0.154, 0.267, 0.011]]
+HOVER = HoverTrajectory(start=(0.0, 0.0, 1.0))
+GAINS = GeometricGains()
+
+
+def seen_from(model, x):
+    return observe(*port_values(model, x))
+
+
+@pytest.mark.parametrize("n", [1, 3, 5])
+def test_hovering_quadrotors_carry_themselves_and_the_payload(n):
+    model = random_model(n, seed=n)
+    model = PayloadModelParameters(
+        model.mass,
+        model.inertia,
+        model.p_LC,
+        model.p_LC.mean(0) - [0, 0, 0.1],
+        model.quadrotor_mass,
+        model.cable_length,
+        max_thrust=12.0,
+    )
+    x = hanging(model, [0.0, 0.0, 1.0])
+    if n > 1:  # cables along the desired forces, so that the law has nothing to correct
+        mu, _ = cable_forces(model, GAINS, seen_from(model, x), HOVER.sample(0.0))
+        x = x._replace(xi=-(mu / np.linalg.norm(mu, axis=1, keepdims=True))[None])
+    thrust = one_tick(GeometricController(model, position_filter=PositionFilter(0.0)), model, x, HOVER)
+    np.testing.assert_allclose(thrust.sum(0), [0.0, 0.0, model.weight], atol=1e-9)
+    rest = derivative(model, x._replace(F=thrust[None]), thrust[None])
+    np.testing.assert_allclose(rest.a, 0.0, atol=1e-9)
+    np.testing.assert_allclose(rest.dw, 0.0, atol=1e-8)
+
+
+def test_forces_make_the_wrench_that_the_payload_law_demands():
+    model = random_model(4, seed=1)
+    x = hanging(model, [0.1, -0.2, 0.9])
+    x = retract(x, 0.05 * np.random.default_rng(0).normal(size=(1, 12 + 28)))
+    seen, desired = seen_from(model, x), HOVER.sample(0.0)
+    mu, feedback = cable_forces(model, GAINS, seen, desired)
+    np.testing.assert_allclose(mu.sum(0), model.mass * feedback, atol=1e-9)
+    R, E = seen.R, 0.5 * (seen.R - seen.R.T)
+    moment = -np.array(GAINS.rotation) * [E[2, 1], E[0, 2], E[1, 0]] - np.array(GAINS.rate) * seen.W
+    np.testing.assert_allclose(np.cross(model.arms, mu @ R).sum(0), moment, atol=1e-9)
+    # Least sum of squares: orthogonal to every distribution that makes no wrench.
+    null = np.linalg.svd(model.grasp_matrix)[2][6:]
+    np.testing.assert_allclose(null @ (mu @ R).ravel(), 0.0, atol=1e-9)
+
+
+def test_the_cable_obeys_the_second_order_law_it_is_given():
+    """The whole chain on the model: with the thrust applied, w' is what the gains promise."""
+    model = PayloadModelParameters(0.25, INERTIA, [[0.0, 0.0, 0.14]])
+    tilt = np.array([0.15, -0.1, -1.0])
+    xi = tilt / np.linalg.norm(tilt)
+    x = hanging(model, [0.0, 0.0, 1.0])._replace(xi=xi[None, None])
+    w = np.cross(xi, [0.2, 0.1, 0.0])
+    x = PayloadState(x.p, x.v, x.R, x.W, x.xi, w[None, None], x.F)
+    controller = GeometricController(model, position_filter=PositionFilter(0.0))
+    thrust = one_tick(controller, model, x, HOVER)
+    d = derivative(model, x._replace(F=thrust[None]), thrust[None])
+    e_xi = np.cross([0.0, 0.0, -1.0], xi)
+    promised = -np.array(GAINS.direction) * e_xi - np.array(GAINS.direction_rate) * w
+    promised -= xi * (xi @ promised)
+    # The law feeds the desired contact acceleration forward; the actual one differs by what the tilted cable does.
+    contact = d.a[0] + [0, 0, GRAVITY] + x.R[0] @ np.cross(d.dW[0], model.arms[0])
+    missing = np.cross(xi, contact - [0, 0, GRAVITY]) / model.cable_length[0]
+    np.testing.assert_allclose(d.dw[0, 0], promised + missing, atol=1e-9)
+
+
+def test_unequal_quadrotors_may_come_in_any_order():
+    model = random_model(3, seed=5)
+    order = [2, 0, 1]
+    shuffled = PayloadModelParameters(
+        model.mass,
+        model.inertia,
+        model.p_LC[order],
+        model.p_LLcm,
+        model.quadrotor_mass[order],
+        model.cable_length[order],
+    )
+    x = retract(hanging(model, [0, 0, 1]), 0.05 * np.random.default_rng(2).normal(size=(1, 33)))
+    y = x._replace(xi=x.xi[:, order], w=x.w[:, order])
+    a = one_tick(GeometricController(model), model, x, HOVER)
+    b = one_tick(GeometricController(shuffled), shuffled, y, HOVER)
+    np.testing.assert_allclose(b, a[order], atol=1e-9)
+
+
+@pytest.mark.parametrize("contacts", [[[0.0, 0.0, 0.14]], THREE])
+def test_feed_forward_of_the_cable_rate_pays_on_a_circle(contacts):
+    model = PayloadModelParameters(0.25, INERTIA, contacts)
+    circle = TransportTrajectory.airborne(start=(1.0, 0.0, 1.0), turns=1.0, circle_time=6.0, hover_time=0.5)
+    errors = []
+    for feedforward in (False, True):
+        controller = GeometricController(model, feedforward=feedforward, position_filter=PositionFilter(0.0))
+        log = fly(controller, model, hanging(model, [1.0, 0.0, 1.0]), circle, 6.0)
+        errors.append(np.sqrt((log["error"] ** 2).mean()))
+    assert errors[1] < 0.12
+    assert errors[1] < 0.6 * errors[0]
