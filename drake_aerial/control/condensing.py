@@ -24,10 +24,9 @@ class CondensedProblem:
 
     def __init__(self, stages: int, nx: int, nu: int):
         self.N, self.nx, self.nu = stages, nx, nu
-        self.G = np.zeros((stages + 1, nx, stages * nu))
-        self.d = np.zeros((stages + 1, nx))
-        self.H = np.zeros((stages * nu, stages * nu))
-        self.g = np.zeros(stages * nu)
+        # d_k = G_k (1, u_0, ..., u_{k-1}): the first column is where the horizon goes without input.
+        self.G = np.zeros((stages + 1, nx, 1 + stages * nu))
+        self.H = np.zeros((stages * nu, 1 + stages * nu))
 
     def condense(self, model: DiscreteModel, Q: Array, q: Array, R: Array, r: Array) -> tuple[Array, Array]:
         """Return the Hessian, of which the lower triangle counts, and the gradient (N nu,) at zero input.
@@ -41,28 +40,31 @@ class CondensedProblem:
         R, r : (nu,), (N, nu) arrays
             Weights of the inputs; R is a diagonal.
         """
-        N, nu, G, d, H, g = self.N, self.nu, self.G, self.d, self.H, self.g
+        N, nu, G, H = self.N, self.nu, self.G, self.H
         A, B, c = model
-        G[1, :, :nu] = B[0]
-        d[1] = c[0]
-        for k in range(1, N):
-            np.matmul(A[k], G[k, :, : k * nu], out=G[k + 1, :, : k * nu])
-            G[k + 1, :, k * nu : (k + 1) * nu] = B[k]
-            d[k + 1] = A[k] @ d[k] + c[k]
-        slope = q + (Q @ d[:, :, None])[:, :, 0]
-        W = Q[N] @ G[N]
-        y = slope[N]
-        for k in range(N - 1, -1, -1):
-            block = slice(k * nu, (k + 1) * nu)
-            H[block, : (k + 1) * nu] = B[k].T @ W[:, : (k + 1) * nu]
-            g[block] = B[k].T @ y
+        AT, BT = np.swapaxes(A, 1, 2), np.swapaxes(B, 1, 2)
+        G[1:, :, 0] = c
+        G[0, :, 0] = 0.0
+        for k in range(N):
+            size = 1 + k * nu
             if k:
-                W = Q[k] @ G[k, :, : k * nu] + A[k].T @ W[:, : k * nu]
-                y = slope[k] + A[k].T @ y
-        g += r.ravel()
-        H[range(N * nu), range(N * nu)] += np.tile(R, N)
-        return H, g
+                before = G[k + 1, :, 0].copy()
+                np.matmul(A[k], G[k, :, :size], out=G[k + 1, :, :size])
+                G[k + 1, :, 0] += before
+            G[k + 1, :, size : size + nu] = B[k]
+        W = Q[N] @ G[N]
+        W[:, 0] += q[N]
+        for k in range(N - 1, -1, -1):
+            size = 1 + k * nu
+            H[size - 1 : size - 1 + nu, : size + nu] = BT[k] @ W
+            if k:
+                W = AT[k] @ W[:, :size]
+                W += Q[k] @ G[k, :, :size]
+                W[:, 0] += q[k]
+        hessian = H[:, 1:].copy()
+        hessian.ravel()[:: N * nu + 1] += np.tile(R, N)
+        return hessian, H[:, 0] + r.ravel()
 
     def expand(self, u: Array) -> Array:
         """Return the states d_0 to d_N (N + 1, nx) that inputs u (N nu,) lead to."""
-        return self.d + self.G @ u
+        return self.G @ np.concatenate([[1.0], u])

@@ -148,9 +148,10 @@ class PayloadMpc(PayloadController):
             shifted = memory[5:8] + self.integral_gain * self.period * (desired.p[0] - seen.p)
             memory[5:8] = np.clip(shifted, -self.integral_limit, self.integral_limit)
             desired = desired._replace(p=desired.p + memory[5:8])
-        change, iterations, active = self._improve(x, u, desired, table, reference.yaw)
+        E = tangent_basis(x.xi)
+        change, iterations, active = self._improve(x, u, E, desired, self._terminal_cost(table, reference.yaw))
         u += change.reshape(N, n, 3)
-        x = retract(x, self._problem.expand(change))
+        x = retract(x, self._problem.expand(change), E)
         memory[0:5] = 1.0, iterations, active, surprise, np.linalg.norm(change[: 3 * n])
         memory[_HEADER:] = np.concatenate([u.ravel(), *(field.ravel() for field in x)])
         self.step_seconds.append(time.perf_counter() - begin)
@@ -163,20 +164,16 @@ class PayloadMpc(PayloadController):
         p, v = seen.p + seen.R @ c, seen.v + seen.R @ cross(seen.W, c)
         return PayloadState(*(field[None] for field in (p, v, seen.R, seen.W, seen.xi, seen.w, F)))
 
-    def _improve(
-        self, x: PayloadState, u: Array, desired: Reference, table: ReferenceTable, yaw: float
-    ) -> tuple[Array, int, int]:
+    def _improve(self, x: PayloadState, u: Array, E: Array, desired: Reference, P: Array) -> tuple[Array, int, int]:
         """Return the change of the inputs (N 3 n,), the QP's iterations, and how many bounds are active."""
         N = self.stages
         first = PayloadState(*(field[:N] for field in x))
         last = PayloadState(*(field[1:] for field in x))
-        E = tangent_basis(x.xi)
-        linear = linearize(self.model, first, u)
+        linear = linearize(self.model, first, u, E[:N])
         discrete = change_chart(discretize(linear, self.step), first, E[:N], last, E[1:])
         e = deviation(self.model, x, desired, E)
         C = deviation_jacobian(self.model, x)
         CT = np.swapaxes(C, 1, 2)
-        P = self._terminal_cost(table, yaw)
         Q = np.zeros((N + 1, len(self._Q), len(self._Q)))
         Q[:, range(len(self._Q)), range(len(self._Q))] = self._Q
         q = self._Q * e

@@ -21,12 +21,9 @@ from drake_aerial.control.payload_model import (
     transport,
 )
 from drake_aerial.control.payload_parameters import PayloadModelParameters
+from drake_aerial.control.vectors import skew
 
 Array = NDArray[np.float64]
-
-_LEVI_CIVITA = np.zeros((3, 9))
-for _i, _j, _k, _s in ((0, 1, 2, -1), (0, 2, 1, 1), (1, 0, 2, 1), (1, 2, 0, -1), (2, 0, 1, -1), (2, 1, 0, 1)):
-    _LEVI_CIVITA[_i, 3 * _j + _k] = _s
 
 
 class Linearization(NamedTuple):
@@ -68,14 +65,11 @@ class Linearization(NamedTuple):
         return A, G
 
 
-def _skew(v: Array) -> Array:
-    return (v @ _LEVI_CIVITA).reshape(*v.shape, 3)
-
-
-def linearize(model: PayloadModelParameters, x: PayloadState, u: Array) -> Linearization:
+def linearize(model: PayloadModelParameters, x: PayloadState, u: Array, E: Array | None = None) -> Linearization:
     """Return the model linearised at states x (batch B) and commanded thrusts u (B, n, 3) [N].
 
     The tensions are differentiated implicitly: with T held fixed first, then along D dT = -d(residual).
+    E are the tangent bases at x, where they are known already.
     """
     n, B = model.n, len(x.p)
     a, m, l = model.arms, model.quadrotor_mass, model.cable_length
@@ -83,21 +77,21 @@ def linearize(model: PayloadModelParameters, x: PayloadState, u: Array) -> Linea
     iA, iB, iF = 6, 6 + 2 * n, 6 + 4 * n
     d = derivative(model, x, u)
     T = d.tension[:, :, None, None]
-    E = tangent_basis(x.xi)
+    E = tangent_basis(x.xi) if E is None else E
     tilt = np.empty_like(E)  # d xi / d alpha
     tilt[..., 0] = -E[..., 1]
     tilt[..., 1] = E[..., 0]
     RT = np.swapaxes(x.R, 1, 2)
     eta = x.xi @ x.R
-    arm = _skew(a)
-    pull = (T * arm) @ _skew(eta)  # T [a]x [eta]x: minus its sum is d(moment)/d(theta)
-    Wx = _skew(x.W)
+    arm = skew(a)
+    pull = (T * arm) @ skew(eta)  # T [a]x [eta]x: minus its sum is d(moment)/d(theta)
+    Wx = skew(x.W)
 
     # Moment about the CoM and acceleration of the CoM, tensions held fixed.
     X = np.zeros((B, 6, ny))
     N = X[:, 0:3]
     N[:, :, 0:3] = -pull.sum(1)
-    N[:, :, 3:6] = _skew(x.W @ model.inertia) - Wx @ model.inertia
+    N[:, :, 3:6] = skew(x.W @ model.inertia) - Wx @ model.inertia
     N[:, :, iA:iB] = np.swapaxes(pull @ (RT[:, None] @ E), 1, 2).reshape(B, 3, 2 * n)
     X[:, 0:3, :iB] = model.inertia_inverse @ N[:, :, :iB]
     X[:, 3:6, iA:iB] = np.swapaxes(tilt * (T / -model.mass), 1, 2).reshape(B, 3, 2 * n)
@@ -112,8 +106,8 @@ def linearize(model: PayloadModelParameters, x: PayloadState, u: Array) -> Linea
     levers[..., 3:6] = np.eye(3)
     lever = levers.reshape(B, 3 * n, 6)
     own = np.empty((B, n, 3, 6))
-    own[..., 0:3] = _skew(d.arm_acceleration)
-    own[..., 3:6] = _skew((Wx @ a.T).swapaxes(1, 2)) + Wx[:, None] @ arm
+    own[..., 0:3] = skew(d.arm_acceleration)
+    own[..., 3:6] = skew((Wx @ a.T).swapaxes(1, 2)) + Wx[:, None] @ arm
     own = -x.R[:, None] @ own
     G = lever @ X
     G[:, :, 0:6] += own.reshape(B, 3 * n, 6)
@@ -137,7 +131,7 @@ def linearize(model: PayloadModelParameters, x: PayloadState, u: Array) -> Linea
     A_y[:, 0:3, 3:6] = np.eye(3)
     A_y[:, 3:6] = X[:, 0:3]
     q_y = G.reshape(B, n, 3, ny) / l[:, None, None]
-    turn = _skew(d.q) @ E
+    turn = skew(d.q) @ E
     for i in range(n):
         q_y[:, i, :, iA + 2 * i : iA + 2 * i + 2] += turn[:, i]
         q_y[:, i, range(3), range(iF + 3 * i, iF + 3 * i + 3)] -= 1.0 / (m[i] * l[i])
@@ -219,6 +213,8 @@ def discretize(linear: Linearization, step: float) -> DiscreteModel:
 def change_chart(discrete: DiscreteModel, x: PayloadState, E: Array, y: PayloadState, E_y: Array) -> DiscreteModel:
     """Return the steps that start in the charts at x, with their results expressed in the charts at y.
 
+    The matrices given are changed in place.
+
     Parameters
     ----------
     discrete : DiscreteModel
@@ -229,16 +225,15 @@ def change_chart(discrete: DiscreteModel, x: PayloadState, E: Array, y: PayloadS
         Tangent bases at x and y.
     """
     B, n = x.xi.shape[:2]
-    iA = 12
-    drift = difference(y, retract(x, discrete.drift))
-    Phi, Gamma = discrete.Phi.copy(), discrete.Gamma.copy()
-    d, c = _skew(discrete.drift[:, 6:9]), _skew(drift[:, 6:9])
+    drift = difference(y, retract(x, discrete.drift, E), E_y)
+    Phi, Gamma = discrete.Phi, discrete.Gamma
+    d, c = skew(discrete.drift[:, 6:9]), skew(drift[:, 6:9])
     turn = (np.eye(3) + 0.5 * c) @ (np.eye(3) - 0.5 * d + d @ d / 6)
-    Phi[:, 6:9] = turn @ discrete.Phi[:, 6:9]
-    Gamma[:, 6:9] = turn @ discrete.Gamma[:, 6:9]
+    Phi[:, 6:9] = turn @ Phi[:, 6:9]
+    Gamma[:, 6:9] = turn @ Gamma[:, 6:9]
     carried = np.swapaxes(transport(x.xi[:, :, None], y.xi[:, :, None], np.swapaxes(E, -1, -2)), -1, -2)
     frame = np.swapaxes(E_y, -1, -2) @ carried
     for M in (Phi, Gamma):
-        block = M[:, iA : iA + 4 * n].reshape(B, 2, n, 2, -1)
-        M[:, iA : iA + 4 * n] = (frame[:, None] @ block).reshape(B, 4 * n, -1)
+        block = M[:, 12 : 12 + 4 * n].reshape(B, 2, n, 2, -1)
+        M[:, 12 : 12 + 4 * n] = (frame[:, None] @ block).reshape(B, 4 * n, -1)
     return DiscreteModel(Phi, Gamma, drift)

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_aerial.control.payload_parameters import GRAVITY, PayloadModelParameters
-from drake_aerial.geometry import cross, quat_from_matrix, quat_log, skew
+from drake_aerial.control.vectors import cross, skew
+from drake_aerial.geometry import quat_from_matrix, quat_log
 
 Array = NDArray[np.float64]
 
@@ -151,16 +152,16 @@ def transport(a: Array, b: Array, vector: Array) -> Array:
     return vector + cv + cross(c, cv) / (1.0 + (a * b).sum(-1))[..., None]
 
 
-def retract(x: PayloadState, delta: Array) -> PayloadState:
-    """Return x moved by error states delta (B, nx).
+def retract(x: PayloadState, delta: Array, E: Array | None = None) -> PayloadState:
+    """Return x moved by error states delta (B, nx); E are the tangent bases at x, where they are known already.
 
     Order of the error: p, v, rotation vector of R in L's axes, W (3 each); rotation of each direction about E
     (2 n); change of each w along the transported E (2 n); F (3 n). nx = 12 + 7 n.
     """
     B, n = x.xi.shape[:2]
-    E = tangent_basis(x.xi)
+    E = tangent_basis(x.xi) if E is None else E
     rho = (E @ delta[:, 12 : 12 + 2 * n].reshape(B, n, 2, 1))[..., 0]
-    angle = np.linalg.norm(rho, axis=-1, keepdims=True)
+    angle = np.sqrt((rho * rho).sum(-1, keepdims=True))
     xi = np.cos(angle) * x.xi + np.sinc(angle / np.pi) * cross(rho, x.xi)
     w = x.w + (E @ delta[:, 12 + 2 * n : 12 + 4 * n].reshape(B, n, 2, 1))[..., 0]
     return PayloadState(
@@ -174,12 +175,12 @@ def retract(x: PayloadState, delta: Array) -> PayloadState:
     )
 
 
-def difference(x: PayloadState, y: PayloadState) -> Array:
-    """Return the error states (B, nx) that `retract` x to y."""
+def difference(x: PayloadState, y: PayloadState, E: Array | None = None) -> Array:
+    """Return the error states (B, nx) that `retract` x to y; E are the tangent bases at x, where known."""
     B, n = x.xi.shape[:2]
-    ET = np.swapaxes(tangent_basis(x.xi), -1, -2)
+    ET = np.swapaxes(tangent_basis(x.xi) if E is None else E, -1, -2)
     c = cross(x.xi, y.xi)
-    sine = np.linalg.norm(c, axis=-1, keepdims=True)
+    sine = np.sqrt((c * c).sum(-1, keepdims=True))
     angle = np.arctan2(sine, (x.xi * y.xi).sum(-1, keepdims=True))
     rho = c * np.where(sine > 1e-9, angle / np.maximum(sine, 1e-300), 1.0)
     dw = transport(y.xi, x.xi, y.w) - x.w

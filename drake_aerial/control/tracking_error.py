@@ -15,7 +15,7 @@ from drake_aerial.control.flatness import Reference
 from drake_aerial.control.payload_linearization import discretize, linearize
 from drake_aerial.control.payload_model import PayloadState, rotation_log
 from drake_aerial.control.payload_parameters import PayloadModelParameters
-from drake_aerial.geometry import cross, skew
+from drake_aerial.control.vectors import cross, skew
 
 Array = NDArray[np.float64]
 
