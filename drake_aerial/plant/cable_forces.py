@@ -23,6 +23,7 @@ from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
 from drake_aerial.plant.cable import Cable
 from drake_aerial.plant.cable_geometry import contact_offsets
+from drake_aerial.plant.scene import GRAVITY
 
 
 class CableTensions(LeafSystem):
@@ -144,6 +145,14 @@ class GripperRelease:
         self._p_LC = np.stack([cable.gripper.p_LC for cable in cables])
         self._normal_L = np.stack([cable.gripper.normal_L for cable in cables])
         self._hold = np.array([cable.gripper.parameters.holding_force for cable in cables])
+        # A taut cable pulls with less than 1.5 times what its quadrotor pushes and weighs, swinging included; beyond that there
+        # must be an impact, of the quadrotor's mass at the cable's rate within one step.
+        self._slides = []
+        for cable, hold in zip(cables, self._hold, strict=True):
+            quadrotor = cable.quadrotor.parameters
+            steady = 1.5 * (quadrotor.thrust_limits[1] + quadrotor.mass * GRAVITY)
+            if cable.slide is not None and np.isfinite(hold):
+                self._slides.append((cable.slide, (hold - steady) * plant.time_step() / quadrotor.mass))
 
     @property
     def is_needed(self) -> bool:
@@ -159,9 +168,12 @@ class GripperRelease:
 
     def __call__(self, root_context: Context) -> EventStatus:
         """Release what is overloaded in the context of the whole diagram."""
+        context = self._plant.GetMyContextFromRoot(root_context)
+        # The tensions are slow to read, so most steps end here.
+        if all(abs(slide.get_translation_rate(context)) < harmless for slide, harmless in self._slides):
+            return EventStatus.DidNothing()
         system = self._tensions.get_system()
         tension = self._tensions.Eval(system.GetMyContextFromRoot(root_context))
-        # The pull along the normal is at most the tension, so most steps end here.
         if not (tension > self._hold).any():
             return EventStatus.DidNothing()
         plant = self._plant
