@@ -1,0 +1,99 @@
+"""What a controller is told about where the payload's mass is: `below_contact`, `geometric` or `true`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from drake_aerial.control.payload_parameters import PayloadModelParameters
+from drake_aerial.errors import InputError
+from drake_aerial.geometry import Array
+from drake_aerial.plant.cable import CableParameters
+from drake_aerial.plant.gripper import GripperParameters
+from drake_aerial.plant.payload import Payload
+from drake_aerial.plant.quadrotor import QuadrotorParameters
+
+BELIEFS = ("below_contact", "geometric", "true")
+_THINNEST = 0.02
+
+
+def suspended_properties(payload: Payload, p_LC: Array, gripper: GripperParameters) -> tuple[float, Array, Array]:
+    """Return mass [kg], centre of mass (3,) in L [m] and inertia (3, 3) about it [kg m^2] of payload and n grippers.
+
+    Parameters
+    ----------
+    payload : Payload
+        In L.
+    p_LC : (n, 3) array
+        Contacts, where the grippers count as points [m].
+    gripper : GripperParameters
+    """
+    masses = np.concatenate([[payload.mass], np.full(len(p_LC), gripper.mass)])
+    points = np.concatenate([payload.com[None], p_LC])
+    total = float(masses.sum())
+    com = masses @ points / total
+    arms = points - com
+    squares = np.einsum("i,ij,ij->", masses, arms, arms)
+    inertia = payload.inertia + squares * np.eye(3) - np.einsum("i,ij,ik->jk", masses, arms, arms)
+    return total, com, inertia
+
+
+def believed_model(
+    belief: str,
+    payload: Payload,
+    p_LC: ArrayLike,
+    *,
+    scan_L: ArrayLike | None = None,
+    quadrotors: Sequence[QuadrotorParameters],
+    cable: CableParameters,
+    gripper: GripperParameters,
+) -> PayloadModelParameters:
+    """Return the model that a controller is given under a belief; the beliefs differ in where mass is, and in nothing else.
+
+    Parameters
+    ----------
+    belief : str
+        "below_contact": nothing is known but the grip. The centre of mass is straight below the mean contact, at half the visible
+        height; the inertia is that of a box of the visible extents.
+        "geometric": the centre of mass and inertia of the scan's closed hull, of uniform density.
+        "true": the plant's.
+    payload : Payload
+        In L.
+    p_LC : (n, 3)
+        Contacts in L [m].
+    scan_L : (N, 3), optional
+        What was seen of the payload, in L, z up [m]; all of its surface by default.
+    quadrotors, cable, gripper :
+        The n quadrotors, their cables and grippers, all known.
+
+    Raises
+    ------
+    InputError
+        For an unknown belief.
+    """
+    if belief not in BELIEFS:
+        raise InputError(f"no belief {belief!r}: give one of {', '.join(BELIEFS)}")
+    contacts = np.asarray(p_LC, dtype=float).reshape(-1, 3)
+    mass, com, inertia = suspended_properties(payload, contacts, gripper)
+    seen = payload.vertices if scan_L is None else np.asarray(scan_L, dtype=float)
+    if belief == "below_contact":
+        low, high = seen.min(axis=0), seen.max(axis=0)
+        size = np.maximum(high - low, _THINNEST)
+        com = np.array([*contacts[:, :2].mean(axis=0), high[2] - 0.5 * size[2]])
+        inertia = mass / 12.0 * (np.sum(size**2) * np.eye(3) - np.diag(size**2))
+    elif belief == "geometric":
+        hull = Payload.from_cloud(seen, mass, depth=_THINNEST)
+        com, inertia = hull.com, hull.inertia
+    limits = np.array([q.thrust_limits for q in quadrotors])
+    return PayloadModelParameters(
+        mass=mass,
+        inertia=inertia,
+        p_LC=contacts,
+        p_LLcm=com,
+        quadrotor_mass=np.array([q.mass for q in quadrotors]),
+        cable_length=np.full(len(contacts), cable.length),
+        min_thrust=limits[:, 0],
+        max_thrust=limits[:, 1],
+    )

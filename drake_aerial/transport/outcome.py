@@ -1,0 +1,117 @@
+"""How a flight ends: completed, dropped, crashed or diverged; watched while it is simulated."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from pydrake.systems.framework import Context, EventStatus
+
+from drake_aerial.control.take_off import FlightPhase
+from drake_aerial.control.trajectory import Trajectory
+from drake_aerial.transport.station import TransportStation
+
+OUTCOMES = ("completed", "dropped", "crashed", "diverged")
+Progress = Callable[[float, str], None]
+
+_LOOK = 0.02
+_REPORT = 0.2
+_AFTERMATH = 0.5
+
+
+class FlightMonitor:
+    """A monitor for `Simulator.set_monitor`: releases overloaded grippers, sees how the flight ends, reports progress.
+
+    - dropped: a gripper let go;
+    - crashed: a quadrotor touched anything, or the payload touched the ground while the reference was in the air;
+    - diverged: the payload went further than `max_error` from the reference, or never left the ground, or a number was not finite.
+
+    The simulation goes on for half a second after a drop or a crash, for the replay.
+
+    Attributes
+    ----------
+    outcome, reason : str
+        One of `OUTCOMES`, and what happened if it is not "completed".
+    time : float or None
+        When it happened [s].
+    """
+
+    def __init__(
+        self,
+        station: TransportStation,
+        trajectory: Trajectory,
+        *,
+        max_error: float = 2.5,
+        progress: Progress | None = None,
+    ):
+        self.outcome, self.reason = "completed", ""
+        self.time: float | None = None
+        self._station, self._trajectory, self._max_error, self._progress = station, trajectory, max_error, progress
+        release = station.cable_system.release
+        self._release = release if release is not None and release.is_needed else None
+        self._quadrotors = {int(q.body.index()) for q in station.quadrotors}
+        self._payload = int(station.payload_body.body.index())
+        self._next_look = self._next_report = 0.0
+        # Sampled once: a trajectory is far quicker for many times than many times for one.
+        count = int(np.ceil(trajectory.duration / _LOOK)) + 2
+        self._reference = trajectory.sample(_LOOK * np.arange(count)).p
+        phases = {phase.name: phase for phase in trajectory.phases}
+        # The payload may drag and swing while it is lifted; a second after the reference is up it must hang free.
+        self._airborne = phases["lift"].end + 1.0 if "lift" in phases else np.inf
+
+    def __call__(self, context: Context) -> EventStatus:
+        """Look at the state after a step; ends the simulation when it is over."""
+        if self._release is not None:
+            self._release(context)
+        t = context.get_time()
+        if t < self._next_look - 1e-9:
+            return EventStatus.DidNothing()
+        self._next_look = t + _LOOK
+        if self._progress is not None and t >= self._next_report:
+            self._next_report = t + _REPORT
+            self._progress(min(t / max(self._trajectory.duration, 1e-9), 1.0), f"flight {t:.1f} s")
+        if self.time is None:
+            self._look(context, t)
+        over = self.outcome == "diverged" or (self.time is not None and t >= self.time + _AFTERMATH)
+        return EventStatus.ReachedTermination(self._station, self.reason) if over else EventStatus.Succeeded()
+
+    def _look(self, context: Context, t: float) -> None:
+        station = self._station
+        payload = station.GetOutputPort("payload.state").Eval(context)
+        quadrotors = station.GetOutputPort("quadrotors.state").Eval(context)
+        desired = self._reference[min(round(t / _LOOK), len(self._reference) - 1)]
+        error = float(np.linalg.norm(payload[4:7] - desired))
+        if not (np.isfinite(payload).all() and np.isfinite(quadrotors).all()):
+            self.end("diverged", "the state is not finite", t)
+        elif not station.cable_system.attached(context).all():
+            self.end("dropped", "a gripper was pulled off the payload", t)
+        elif error > self._max_error:
+            self.end("diverged", f"the payload was {error:.1f} m from the reference", t)
+        elif t > self._airborne and not self._flying(context):
+            self.end("diverged", "the payload was not in the air when the reference was", t)
+        else:
+            self._look_for_contacts(context, t)
+
+    def _look_for_contacts(self, context: Context, t: float) -> None:
+        results = self._station.GetOutputPort("plant.contact_results").Eval(context)
+        for i in range(results.num_point_pair_contacts()):
+            info = results.point_pair_contact_info(i)
+            bodies = {int(info.bodyA_index()), int(info.bodyB_index())}
+            if bodies & self._quadrotors:
+                what = "the payload" if self._payload in bodies else "the ground"
+                self.end(
+                    "crashed", f"a quadrotor touched {what if len(bodies & self._quadrotors) == 1 else 'another'}", t
+                )
+                return
+            if t > self._airborne:
+                self.end("crashed", "the payload touched the ground", t)
+                return
+
+    def _flying(self, context: Context) -> bool:
+        if self._station.controller is None:
+            return True
+        return self._station.GetOutputPort("controller.phase").Eval(context)[0] >= FlightPhase.FLYING
+
+    def end(self, outcome: str, reason: str, time: float) -> None:
+        """Record how the flight ended, and when [s]."""
+        self.outcome, self.reason, self.time = outcome, reason, time

@@ -1,0 +1,80 @@
+"""What the controllers get to see: a sensor of fixed rate, with noise on the payload's position."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+
+from drake_aerial.errors import InputError
+from drake_aerial.plant.cable_geometry import contact_offsets
+
+
+class PayloadPerception(LeafSystem):
+    """Samples payload, quadrotors and cables at a fixed rate, whatever the controller's, and holds the samples.
+
+    The payload's measured position has independent Gaussian noise on every coordinate; the cables' directions are measured on their
+    own, or inferred from the noisy payload position.
+
+    | port | size | meaning |
+    |---|---|---|
+    | in `payload_state` | 13 | true w x y z, position, angular and linear velocity of L in the world |
+    | in `quadrotor_states` | 13 n | the same of each Q |
+    | out `payload_state` | 13 | sampled, the position noisy |
+    | out `quadrotor_states` | 13 n | sampled |
+    | out `cable_directions` | 6 n | per cable: unit vector from quadrotor to contact, and its rate [1/s], in the world |
+
+    The noise of a sample is a function of the seed and of the sample's number alone; the seed is a parameter in the Context
+    (`set_seed`), so that one diagram serves many trials.
+
+    Parameters
+    ----------
+    p_LC : (n, 3) array
+        Contacts in L [m].
+    period : float
+        Of the samples, the first at 0 [s].
+    noise : float
+        Standard deviation of each coordinate of the payload's position [m].
+    measured_directions : bool
+        Whether cable directions are measured on their own.
+    """
+
+    def __init__(self, p_LC: ArrayLike, *, period: float = 0.02, noise: float = 0.01, measured_directions: bool = True):
+        super().__init__()
+        p_LC = np.asarray(p_LC, dtype=float).reshape(-1, 3)
+        if not (np.isfinite(noise) and noise >= 0.0):
+            raise InputError(f"the position noise is {noise!r} m; 0 or more accepted")
+        if not (np.isfinite(period) and period > 0.0):
+            raise InputError(f"the perception's period is {period!r} s; a positive number accepted")
+        n = len(p_LC)
+        self._p_LC, self._period, self._noise, self._measured = p_LC, period, noise, measured_directions
+        self._payload = self.DeclareVectorInputPort("payload_state", 13)
+        self._quadrotors = self.DeclareVectorInputPort("quadrotor_states", 13 * n)
+        self._seed = self.DeclareNumericParameter(BasicVector([0.0]))
+        at_rest = np.tile(np.eye(1, 13)[0], 1 + n)
+        down = np.tile([0.0, 0.0, -1.0, 0.0, 0.0, 0.0], n)
+        self._samples = [self.DeclareDiscreteState(initial) for initial in (at_rest[:13], at_rest[13:], down)]
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._sample)
+        for name, index in zip(("payload_state", "quadrotor_states", "cable_directions"), self._samples, strict=True):
+            self.DeclareStateOutputPort(name, index)
+
+    def set_seed(self, context: Context, seed: int) -> None:
+        """Set the noise's seed in this system's context."""
+        context.get_mutable_numeric_parameter(self._seed).SetFromVector([float(seed)])
+
+    def _sample(self, context: Context, discrete_state: DiscreteValues) -> None:
+        payload, quadrotors = self._payload.Eval(context), self._quadrotors.Eval(context)
+        measured = payload.copy()
+        if self._noise > 0.0:
+            seed = int(context.get_numeric_parameter(self._seed).GetAtIndex(0))
+            number = round(context.get_time() / self._period)
+            # One stream per seed, one block of it per sample: the same noise for whoever asks, in whatever order.
+            stream = np.random.Generator(np.random.Philox(key=seed, counter=[0, 0, 0, number]))
+            measured[4:7] += self._noise * stream.standard_normal(3)
+        offsets = contact_offsets(payload if self._measured else measured, quadrotors, self._p_LC)
+        distance = np.linalg.norm(offsets.p_QC_W, axis=1, keepdims=True)
+        xi = offsets.p_QC_W / np.maximum(distance, 1e-9)
+        rate = offsets.v_QC_W - xi * np.sum(xi * offsets.v_QC_W, axis=1, keepdims=True)
+        directions = np.concatenate([xi, rate / np.maximum(distance, 1e-9)], axis=1)
+        for index, value in zip(self._samples, (measured, quadrotors, directions.ravel()), strict=True):
+            discrete_state.get_mutable_vector(index).SetFromVector(value)

@@ -1,0 +1,279 @@
+"""The transport station: payload, quadrotors, cables, perception and control as one Diagram with named ports."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pydrake.common.value import AbstractValue
+from pydrake.math import RigidTransform
+from pydrake.multibody.math import SpatialVelocity
+from pydrake.multibody.plant import ExternallyAppliedSpatialForceMultiplexer
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, OutputPort
+from pydrake.systems.primitives import Multiplexer, VectorLogSink
+
+from drake_aerial.control.allocation import Allocation
+from drake_aerial.control.attitude import AttitudeController
+from drake_aerial.control.trajectory import Trajectory
+from drake_aerial.errors import InputError
+from drake_aerial.geometry import Array
+from drake_aerial.plant.cable import CableParameters, add_cable, check_elastic_step, tension_matrix
+from drake_aerial.plant.cable_forces import connect_cables
+from drake_aerial.plant.gripper import GripperParameters, add_gripper
+from drake_aerial.plant.payload import Payload
+from drake_aerial.plant.payload_body import add_payload
+from drake_aerial.plant.quadrotor import QuadrotorParameters, add_quadrotor, connect_propellers
+from drake_aerial.plant.scene import GRAVITY, add_ground, add_plant
+from drake_aerial.transport.beliefs import suspended_properties
+from drake_aerial.transport.perception_system import PayloadPerception
+
+LOG_PERIOD = 0.01
+"""Of the logs of a station [s]."""
+
+
+@dataclass(frozen=True)
+class StationParameters:
+    """Everything about a station but the payload, the contacts and the controller."""
+
+    quadrotor: QuadrotorParameters = field(default_factory=QuadrotorParameters)
+    """Of each quadrotor."""
+    cable: CableParameters = field(default_factory=CableParameters)
+    """Of each cable."""
+    gripper: GripperParameters = field(default_factory=GripperParameters)
+    """Of each gripper."""
+    time_step: float = 0.002
+    """Of the plant [s]."""
+    perception_period: float = 0.02
+    """[s]"""
+    noise: float = 0.01
+    """Standard deviation of the payload's measured position, per coordinate [m]."""
+    measured_directions: bool = True
+    """Whether cable directions are measured on their own, or inferred from the noisy payload position."""
+    initial_slack: float = 0.05
+    """How much closer to its contact than the cable's length a quadrotor starts [m]."""
+
+
+class TransportStation(Diagram):
+    """n quadrotors that carry one payload, with all that flies them.
+
+    Exported ports, `<instance>.<port>`:
+
+    | port | size | meaning |
+    |---|---|---|
+    | in `controller.reference` | abstract | a `Trajectory` (with a controller inside) |
+    | in `attitude.thrust_vectors` | 3 n | commanded thrusts in the world [N] (without a controller inside) |
+    | out `payload.state` | 13 | w x y z, position, angular and linear velocity of L in the world |
+    | out `quadrotors.state` | 13 n | the same of each Q |
+    | out `perception.payload_state`, `.quadrotor_states`, `.cable_directions` | 13, 13 n, 6 n | what is measured |
+    | out `cables.tension` | n | [N] |
+    | out `controller.thrust_vectors`, `controller.phase` | 3 n, 1 | (with a controller inside) |
+    | out `propellers.command` | 4 n | squared speeds within their limits [rpm^2] |
+    | out `plant.contact_results`, `scene_graph.query` | abstract | Drake's own |
+
+    Made by `make_transport_station`. It may serve any number of trials, each with a fresh context (`place`): Drake never frees a
+    diagram that holds Python systems.
+    """
+
+    def __init__(
+        self,
+        payload: Payload,
+        p_LC: ArrayLike,
+        normal_L: ArrayLike,
+        controller: LeafSystem | None,
+        parameters: StationParameters,
+    ):
+        super().__init__()
+        contacts = np.asarray(p_LC, dtype=float).reshape(-1, 3)
+        normals = np.broadcast_to(np.asarray(normal_L, dtype=float), contacts.shape)
+        n = len(contacts)
+        _check(payload, contacts, parameters)
+        self.payload, self.p_LC, self.parameters, self.n = payload, contacts, parameters, n
+        self.controller = controller
+        builder = DiagramBuilder()
+        self.plant, self.scene_graph = add_plant(builder, parameters.time_step)
+        self.ground = add_ground(self.plant)
+        self.payload_body = add_payload(self.plant, payload)
+        names = ("",) if n == 1 else tuple(f"_{i}" for i in range(n))
+        self.quadrotors = [add_quadrotor(self.plant, parameters.quadrotor, f"quadrotor{k}") for k in names]
+        self.cables = []
+        for i, k in enumerate(names):
+            gripper = add_gripper(
+                self.plant, self.payload_body, contacts[i], normals[i], parameters.gripper, f"gripper{k}"
+            )
+            self.cables.append(add_cable(self.plant, self.quadrotors[i], gripper, parameters.cable, f"cable{k}"))
+        self.plant.Finalize()
+        self._logs: dict[str, VectorLogSink] = {}
+        self._wire(builder)
+        builder.BuildInto(self)
+        self.set_name("transport_station")
+
+    def _wire(self, builder: DiagramBuilder) -> None:
+        plant, n, parameters = self.plant, self.n, self.parameters
+        payload_state = plant.get_state_output_port(self.payload_body.model_instance)
+        states = builder.AddNamedSystem("quadrotor_states", Multiplexer([13] * n))
+        for i, quadrotor in enumerate(self.quadrotors):
+            builder.Connect(plant.get_state_output_port(quadrotor.model_instance), states.get_input_port(i))
+        quadrotor_states = states.get_output_port()
+
+        self.perception = builder.AddNamedSystem(
+            "perception",
+            PayloadPerception(
+                self.p_LC,
+                period=parameters.perception_period,
+                noise=parameters.noise,
+                measured_directions=parameters.measured_directions,
+            ),
+        )
+        builder.Connect(payload_state, self.perception.GetInputPort("payload_state"))
+        builder.Connect(quadrotor_states, self.perception.GetInputPort("quadrotor_states"))
+
+        q = parameters.quadrotor
+        propellers = Allocation(
+            q.propeller_positions,
+            q.thrust_coefficient,
+            q.thrust_coefficient * q.drag_ratio * q.propeller_spins,
+            q.min_rpm,
+            q.max_rpm,
+        )
+        self.attitude = builder.AddNamedSystem("attitude", AttitudeController([propellers] * n, np.diag(q.inertia)))
+        builder.Connect(quadrotor_states, self.attitude.GetInputPort("quadrotor_states"))
+        commands, forces = connect_propellers(builder, plant, self.quadrotors)
+        builder.Connect(self.attitude.GetOutputPort("propeller_commands"), commands)
+
+        self.cable_system = connect_cables(builder, plant, self.cables, payload_state, quadrotor_states)
+        if self.cable_system.forces is None:
+            builder.Connect(forces, plant.get_applied_spatial_force_input_port())
+        else:
+            total = builder.AddNamedSystem("forces", ExternallyAppliedSpatialForceMultiplexer(2))
+            builder.Connect(forces, total.get_input_port(0))
+            builder.Connect(self.cable_system.forces, total.get_input_port(1))
+            builder.Connect(total.get_output_port(), plant.get_applied_spatial_force_input_port())
+
+        limited = commands.get_system().get_output_port(0)
+        self._export(builder, payload_state, "payload.state", log=True)
+        self._export(builder, quadrotor_states, "quadrotors.state", log=True)
+        self._export(builder, self.cable_system.tension, "cables.tension", log=True)
+        self._export(builder, limited, "propellers.command", log=True)
+        for name in ("payload_state", "quadrotor_states", "cable_directions"):
+            self._export(builder, self.perception.GetOutputPort(name), f"perception.{name}")
+        self._export(builder, plant.get_contact_results_output_port(), "plant.contact_results")
+        self._export(builder, self.scene_graph.get_query_output_port(), "scene_graph.query")
+        if self.controller is None:
+            builder.ExportInput(self.attitude.GetInputPort("thrust_vectors"), "attitude.thrust_vectors")
+            return
+        builder.AddNamedSystem("controller", self.controller)
+        for name in ("payload_state", "quadrotor_states", "cable_directions"):
+            builder.Connect(self.perception.GetOutputPort(name), self.controller.GetInputPort(name))
+        thrusts = self.controller.GetOutputPort("thrust_vectors")
+        builder.Connect(thrusts, self.attitude.GetInputPort("thrust_vectors"))
+        builder.ExportInput(self.controller.GetInputPort("reference"), "controller.reference")
+        self._export(builder, thrusts, "controller.thrust_vectors", log=True)
+        self._export(builder, self.controller.GetOutputPort("phase"), "controller.phase", log=True)
+
+    def _export(self, builder: DiagramBuilder, port: OutputPort, name: str, *, log: bool = False) -> None:
+        builder.ExportOutput(port, name)
+        if log:
+            sink = builder.AddNamedSystem(f"log.{name}", VectorLogSink(port.size(), LOG_PERIOD))
+            builder.Connect(port, sink.get_input_port())
+            self._logs[name] = sink
+
+    def place(self, context: Context, *, seed: int = 0, reference: Trajectory | None = None) -> Trajectory | None:
+        """Set up a trial in a fresh context: everything at rest, the payload on the ground, the quadrotors above their contacts.
+
+        L's origin is above the world's; each quadrotor hangs in the air straight above its contact, its cable slack by
+        `initial_slack`.
+
+        Parameters
+        ----------
+        context : Context
+            Of this station (`CreateDefaultContext`).
+        seed : int
+            Of the measurement noise.
+        reference : Trajectory, optional
+            Fixed to the port `controller.reference`, moved so that it starts where the payload rests.
+
+        Returns
+        -------
+        The moved trajectory, or None.
+        """
+        plant_context = self.plant.GetMyMutableContextFromRoot(context)
+        p_WL = np.array([0.0, 0.0, self.payload_body.rest_height])
+        above = (self.parameters.cable.length - self.parameters.initial_slack) * np.array([0.0, 0.0, 1.0])
+        poses = [(self.payload_body.body, p_WL)]
+        poses += [(q.body, p_WL + c + above) for q, c in zip(self.quadrotors, self.p_LC, strict=True)]
+        for body, position in poses:
+            self.plant.SetFreeBodyPose(plant_context, body, RigidTransform(position))
+            self.plant.SetFreeBodySpatialVelocity(plant_context, body, SpatialVelocity(np.zeros(3), np.zeros(3)))
+        for cable in self.cables:
+            cable.place(self.plant, plant_context)
+        self.perception.set_seed(self.perception.GetMyMutableContextFromRoot(context), seed)
+        if reference is None:
+            return None
+        moved = reference.starting_at(p_WL)
+        self.GetInputPort("controller.reference").FixValue(context, AbstractValue.Make(moved))
+        return moved
+
+    def log(self, root_context: Context, name: str) -> tuple[Array, Array]:
+        """Return times (T,) [s] and values (T, size) of a logged output port, by its exported name."""
+        if name not in self._logs:
+            raise InputError(f"no log of {name!r}: give one of {', '.join(self._logs)}")
+        log = self._logs[name].FindLog(root_context)
+        return np.array(log.sample_times()), np.array(log.data().T)
+
+
+def make_transport_station(
+    payload: Payload,
+    p_LC: ArrayLike,
+    normal_L: ArrayLike = (0.0, 0.0, 1.0),
+    *,
+    controller: LeafSystem | None = None,
+    parameters: StationParameters | None = None,
+) -> TransportStation:
+    """Return the Diagram of n quadrotors that carry a payload.
+
+    Parameters
+    ----------
+    payload : Payload
+        In the tracked frame L (`Payload.in_tracked_frame`), z up at rest.
+    p_LC : (n, 3)
+        Contacts in L [m], one per quadrotor.
+    normal_L : (n, 3) or (3,)
+        Outward surface normals there.
+    controller : LeafSystem, optional
+        A `PayloadController`; without one the station takes thrust vectors at its port `attitude.thrust_vectors`.
+    parameters : StationParameters, optional
+
+    Raises
+    ------
+    InputError
+        If the propellers cannot lift the weight, the elastic cables' step is unstable, or a parameter is bad.
+    """
+    return TransportStation(payload, p_LC, normal_L, controller, parameters or StationParameters())
+
+
+def _check(payload: Payload, contacts: Array, parameters: StationParameters) -> None:
+    n = len(contacts)
+    if n == 0 or not np.isfinite(contacts).all():
+        raise InputError(f"contacts of shape {contacts.shape} given; (n, 3) finite numbers, n >= 1, accepted")
+    if not (np.isfinite(parameters.time_step) and 0.0 < parameters.time_step <= 0.01):
+        raise InputError(f"a time step of {parameters.time_step!r} s; above 0 and at most 0.01 s accepted")
+    if not 0.0 <= parameters.initial_slack < 0.9 * parameters.cable.length:
+        raise InputError(
+            f"an initial slack of {parameters.initial_slack!r} m; at least 0 and less than 0.9 of the cable's "
+            f"{parameters.cable.length:g} m accepted"
+        )
+    quadrotor, cable = parameters.quadrotor, parameters.cable
+    mass, com, inertia = suspended_properties(payload, contacts, parameters.gripper)
+    link = cable.link_mass if cable.kind == "inextensible" else 0.0
+    weight = GRAVITY * (mass + n * (quadrotor.mass + link))
+    lift = n * quadrotor.thrust_limits[1]
+    if lift <= weight:
+        raise InputError(
+            f"the propellers of {n} quadrotor(s) push with {lift:.2f} N at most, the weight of all that flies is "
+            f"{weight:.2f} N (payload {payload.mass:g} kg); a lighter payload or stronger propellers accepted"
+        )
+    if cable.kind == "elastic":
+        down = np.tile([0.0, 0.0, -1.0], (n, 1))
+        matrix = tension_matrix(np.full(n, quadrotor.mass), mass, inertia, contacts - com, down)
+        check_elastic_step(cable, parameters.time_step, float(np.linalg.eigvalsh(matrix).max()))

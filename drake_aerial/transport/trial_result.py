@@ -1,0 +1,120 @@
+"""What one flight gave: its metrics and time series, saved to metrics.json and trial.npz."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from drake_aerial.errors import InputError
+from drake_aerial.files import replacing, write_text
+from drake_aerial.geometry import Array
+
+SCHEMA = "drake_aerial/trial"
+VERSION = 1
+METRICS_FILE = "metrics.json"
+SERIES_FILE = "trial.npz"
+
+
+@dataclass(frozen=True, eq=False)
+class TrialResult:
+    """A flight that ended in one way or another.
+
+    Attributes
+    ----------
+    metrics : dict
+        The metrics.json document: outcome, metrics, timing, configuration.
+    series : dict of arrays
+        See `recording.record`: T samples of n quadrotors.
+    phase_names : tuple of str
+        Of the integers in `series["phase"]`.
+    vertices, faces : (V, 3) array [m], (F, 3) int array
+        The payload's surface in L.
+    p_LC : (n, 3) array
+        Contacts in L [m].
+    cable_length : (n,) array
+        [m]
+    """
+
+    metrics: dict[str, Any]
+    series: dict[str, Array]
+    phase_names: tuple[str, ...]
+    vertices: Array
+    faces: Array
+    p_LC: Array
+    cable_length: Array
+
+    @property
+    def outcome(self) -> str:
+        """One of completed, dropped, crashed, diverged."""
+        return str(self.metrics["outcome"])
+
+    def save(self, folder: str | Path) -> None:
+        """Write metrics.json and trial.npz into a folder, each whole or not at all.
+
+        Raises
+        ------
+        InputError
+            If they cannot be written.
+        """
+        folder = Path(folder)
+        arrays: dict[str, Any] = {f"series/{name}": value for name, value in self.series.items()}
+        with replacing(folder / SERIES_FILE) as temporary:
+            np.savez_compressed(
+                temporary,
+                metrics=np.array(json.dumps(self.metrics)),
+                phase_names=np.array(self.phase_names),
+                vertices=self.vertices,
+                faces=self.faces,
+                p_LC=self.p_LC,
+                cable_length=self.cable_length,
+                **arrays,
+            )
+        write_text(folder / METRICS_FILE, json.dumps(self.metrics, indent=1, allow_nan=False) + "\n")
+
+    @classmethod
+    def load(cls, path: str | Path) -> TrialResult:
+        """Read a trial.npz, or the one in a folder.
+
+        Raises
+        ------
+        InputError
+            If it is missing, damaged, or of another schema or version.
+        """
+        path = Path(path)
+        path = path / SERIES_FILE if path.is_dir() else path
+        try:
+            with np.load(path, allow_pickle=False) as data:
+                metrics = json.loads(str(data["metrics"]))
+                found = (metrics.get("schema"), metrics.get("version"))
+                if found != (SCHEMA, VERSION):
+                    raise InputError(f"{path} has schema and version {found}; ({SCHEMA!r}, {VERSION}) accepted")
+                names = tuple(str(name) for name in data["phase_names"])
+                series = {k.removeprefix("series/"): data[k] for k in data.files if k.startswith("series/")}
+                fixed = {k: data[k] for k in ("vertices", "faces", "p_LC", "cable_length")}
+        except InputError:
+            raise
+        except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
+            raise InputError(f"cannot read a trial from {path}: {error}") from error
+        return cls(metrics, series, names, **fixed)
+
+    def summary(self) -> str:
+        """Return a few lines that say how the flight went."""
+        m = self.metrics
+
+        def show(key: str, factor: float, unit: str) -> str:
+            return "none" if m[key] is None else f"{factor * m[key]:.2f} {unit}"
+
+        ended = f" at {m['outcome_time_s']:.2f} s: {m['outcome_reason']}" if m["outcome_reason"] else ""
+        lines = [
+            f"{self.outcome}{ended}",
+            f"position RMSE {show('position_rmse_m', 100, 'cm')} (largest {show('position_max_m', 100, 'cm')}), "
+            f"circle alone {show('circle_position_rmse_m', 100, 'cm')}",
+            f"largest tilt {show('tilt_max_rad', 180 / np.pi, 'deg')}, mean thrust {show('thrust_mean_N', 1, 'N')}, "
+            f"largest tension {show('tension_max_N', 1, 'N')}",
+        ]
+        return "\n".join(lines)
