@@ -37,7 +37,10 @@ class MpcWeights:
     position, velocity : float
         Of the tracked point [1/m^2, s^2/m^2].
     attitude, rate : float
-        Of the payload [1/rad^2, s^2/rad^2].
+        Of the payload under several cables [1/rad^2, s^2/rad^2].
+    swing, swing_rate : float
+        The same of the payload's tilt under one cable. It is not actuated but swings, and a large weight on it
+        makes a flight with a wrong belief of the centre of mass unstable.
     direction, direction_rate : float
         Of the cables [1/rad^2, s^2/rad^2].
     thrust : float
@@ -46,10 +49,12 @@ class MpcWeights:
         Of the commanded thrusts [1/N^2].
     """
 
-    position: float = 400.0
-    velocity: float = 20.0
+    position: float = 50.0
+    velocity: float = 10.0
     attitude: float = 2.0
     rate: float = 0.5
+    swing: float = 0.2
+    swing_rate: float = 0.3
     direction: float = 2.0
     direction_rate: float = 0.5
     thrust: float = 0.0
@@ -108,12 +113,14 @@ class PayloadMpc(PayloadController):
         self._n = model.n
         super().__init__(model, **keywords)
         n, w = model.n, self.weights
-        level = [1.0, 1.0, 0.0] if n == 1 else [1.0, 1.0, 1.0]
+        turn, spin = [w.swing, w.swing, 0.0], [w.swing_rate, w.swing_rate, 0.0]
+        if n > 1:
+            turn, spin = [w.attitude] * 3, [w.rate] * 3
         self._Q = step * np.concatenate(
             [
                 np.repeat([w.position, w.velocity], 3),
-                w.attitude * np.array(level),
-                w.rate * np.array(level),
+                turn,
+                spin,
                 np.repeat([w.direction, w.direction_rate, w.thrust], [2 * n, 2 * n, 3 * n]),
             ]
         )
