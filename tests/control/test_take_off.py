@@ -1,0 +1,92 @@
+import numpy as np
+import pytest
+from payload_cases import random_model
+
+from drake_aerial.control.observation import Observation
+from drake_aerial.control.payload_parameters import GRAVITY, PayloadModelParameters
+from drake_aerial.control.take_off import FlightPhase, TakeOff
+from drake_aerial.control.trajectory import TransportTrajectory
+
+INERTIA = np.diag([0.006, 0.0059, 0.0107])
+REST = TransportTrajectory().sample(0.0)
+
+
+def above(model, gap, p=(0.0, 0.0, 0.14), speed=0.0):
+    """Everything level, each quadrotor `gap` (n,) above its contact."""
+    p = np.asarray(p, float)
+    p_WQ = p + model.p_LC + np.outer(np.broadcast_to(gap, model.n), [0.0, 0.0, 1.0])
+    down = np.tile([0.0, 0.0, -1.0], (model.n, 1))
+    zero = np.zeros((model.n, 3))
+    return Observation(p, np.zeros(3), np.eye(3), np.zeros(3), p_WQ, zero + [0, 0, speed], -down, down, zero)
+
+
+def phases(model, take_off, story):
+    """The phases that a sequence of (time, observation) goes through."""
+    memory, seen = take_off.begin(model.n), []
+    for t, observation in story:
+        memory = take_off.next_phase(model, memory, t, observation, True)
+        seen.append(int(memory[0]))
+    return seen, memory
+
+
+def test_the_phases_follow_from_what_is_seen():
+    model, take_off = random_model(2), TakeOff()
+    l = model.cable_length
+    story = [
+        (0.0, above(model, l - 0.1)),
+        (0.1, above(model, l - [0.1, 0.0])),  # one of two is taut: not enough
+        (0.2, above(model, l, speed=0.4)),  # taut but still rising: wait
+        (0.3, above(model, l)),
+        (0.4, above(model, l)),
+        (0.3 + take_off.ramp_time, above(model, l)),
+        (2.0, above(model, l, p=(0.0, 0.0, 0.17))),
+        (3.0, above(model, l, p=(0.0, 0.0, 0.20))),
+        (4.0, above(model, l - 0.3)),  # slack in flight does not start over
+    ]
+    T, S, L, F = FlightPhase
+    assert phases(model, take_off, story)[0] == [T, T, T, S, S, L, L, F, F]
+
+
+def test_a_payload_gripped_beside_its_centre_is_lifted_until_it_can_swing_free():
+    model = PayloadModelParameters(0.25, INERTIA, [[0.2, 0.0, 0.14]])
+    take_off = TakeOff()
+    swing = np.hypot(0.2, 0.14) - 0.14  # how far the contact rises over the CoM when it swings above it
+    assert take_off.swing_height(model) >= swing
+    centred = PayloadModelParameters(0.25, INERTIA, [[0.0, 0.0, 0.14]])
+    assert take_off.swing_height(centred) == pytest.approx(0.0)
+
+
+def test_taut_cables_fly_at_once_unless_the_reference_begins_on_the_ground():
+    model, take_off = random_model(1), TakeOff()
+    seen = above(model, model.cable_length)
+    for grounded, expected in ((False, FlightPhase.FLYING), (True, FlightPhase.TIGHTENING)):
+        assert take_off.next_phase(model, take_off.begin(1), 0.0, seen, grounded)[0] == expected
+
+
+def test_tension_is_taken_over_in_a_ramp():
+    model = PayloadModelParameters(0.3, INERTIA, [[-0.1, 0.0, 0.1], [0.3, 0.0, 0.1]])
+    take_off = TakeOff(reach=0.0)
+    seen = above(model, model.cable_length)
+    memory = np.concatenate([[FlightPhase.TENSIONING, 1.0], (seen.p + model.p_LC).ravel()])
+    share = 0.3 * GRAVITY * np.array([0.75, 0.25])  # lever rule
+    for fraction in (0.0, 0.5, 1.0):
+        t = 1.0 + fraction * take_off.ramp_time
+        thrust = take_off.thrust(model, memory, t, seen, REST, np.zeros(3))
+        np.testing.assert_allclose(thrust[:, 2], 0.25 * GRAVITY + fraction * share, rtol=1e-9)
+        np.testing.assert_allclose(thrust[:, :2], 0.0, atol=1e-12)
+
+
+def test_a_slack_cable_is_tightened_at_a_bounded_speed():
+    """Point quadrotors under the tightening law reach the end of their cables from far, and stop there."""
+    model, take_off = random_model(3), TakeOff()
+    gap = model.cable_length - [0.05, 0.3, 0.02]
+    seen, fastest, h = above(model, gap), 0.0, 0.01
+    for _ in range(400):
+        memory = np.concatenate([[FlightPhase.TIGHTENING, 0.0], np.zeros(9)])
+        thrust = take_off.thrust(model, memory, 0.0, seen, REST, np.zeros(3))
+        v = seen.v_WQ + h * (thrust / model.quadrotor_mass[:, None] - [0.0, 0.0, GRAVITY])
+        fastest = max(fastest, np.abs(v).max())
+        seen = seen._replace(v_WQ=v, p_WQ=seen.p_WQ + h * v)
+    reached = (seen.p_WQ - seen.p - model.p_LC)[:, 2] - model.cable_length
+    np.testing.assert_allclose(reached, take_off.reach, atol=1e-3)
+    assert fastest < 0.35
