@@ -1,0 +1,59 @@
+"""Every public name says what it is; those of the root also give shapes and units of the arrays they take or hold."""
+
+import ast
+import inspect
+from pathlib import Path
+
+import pytest
+
+import drake_aerial
+
+PACKAGE = Path(drake_aerial.__file__).parent
+
+
+def public_definitions(path: Path):
+    """Yield the public functions, classes and methods that a module defines, with their dotted names."""
+
+    def walk(node, prefix):
+        for child in ast.iter_child_nodes(node):
+            if isinstance(child, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
+                if child.name.startswith("_"):
+                    continue
+                yield f"{prefix}{child.name}", child
+                if isinstance(child, ast.ClassDef):
+                    yield from walk(child, f"{prefix}{child.name}.")
+
+    yield from walk(ast.parse(path.read_text()), "")
+
+
+@pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_every_public_name_has_a_docstring(path):
+    assert ast.get_docstring(ast.parse(path.read_text())), f"{path.name} has no module docstring"
+    missing = [name for name, node in public_definitions(path) if not ast.get_docstring(node)]
+    # A property or small override may be documented by its class; everything else must speak for itself.
+    assert not missing, f"without a docstring: {missing}"
+
+
+def array_members(value) -> list[str]:
+    """Return names of the arrays that a function takes or a dataclass holds, by their annotations."""
+    if inspect.isclass(value):
+        annotations = {k: v for k, v in inspect.get_annotations(value).items() if not k.startswith("_")}
+    else:
+        annotations = {k: v for k, v in inspect.get_annotations(value).items() if k != "return"}
+    return [name for name, kind in annotations.items() if "Array" in str(kind) or "ndarray" in str(kind)]
+
+
+@pytest.mark.parametrize("name", drake_aerial.__all__)
+def test_root_names_exist_and_document_shapes_and_units(name):
+    value = getattr(drake_aerial, name)
+    text = inspect.getdoc(value)
+    assert text, f"{name} has no docstring"
+    for member in array_members(value):
+        lines = [line for line in text.splitlines() if member in line]
+        assert lines, f"{name}: {member} is an array and is not in the docstring"
+        start = text.index(lines[0])
+        entry = text[start : start + 400]
+        assert "(" in entry, f"{name}: {member} has no shape"
+    if array_members(value):
+        assert "[" in text, f"{name} holds or takes arrays and gives no unit in square brackets"
+    assert ".." not in name
