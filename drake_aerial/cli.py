@@ -150,15 +150,15 @@ def _learn(arguments: argparse.Namespace) -> int:
     skill.save(arguments.out)
     _report(
         arguments.json,
-        {"skill": str(arguments.out), "label": skill.label, "grippers": skill.num_grippers},
-        f"learnt {skill.label!r} ({skill.num_grippers} gripper(s)) -> {arguments.out}",
+        {"skill": str(arguments.out), "label": skill.label, "grippers": len(skill)},
+        f"learnt {skill.label!r} ({len(skill)} gripper(s)) -> {arguments.out}",
     )
     return 0
 
 
 def _transfer(arguments: argparse.Namespace) -> int:
     from drake_aerial import transfer
-    from drake_aerial.demo import read_scan, read_skill
+    from drake_aerial.named_inputs import read_scan, read_skill
 
     skill = read_skill(arguments.skill)
     cloud = read_scan(arguments.cloud, viewpoint=arguments.viewpoint, up=arguments.up)
@@ -171,7 +171,7 @@ def _transfer(arguments: argparse.Namespace) -> int:
         from drake_aerial.drawing.views import write_contacts_page
 
         write_contacts_page(arguments.html, solutions, cloud)
-    _report(arguments.json, solutions.to_json(), f"{solutions.summary()}\n-> {arguments.out}")
+    _report(arguments.json, solutions.to_dict(), f"{solutions.summary()}\n-> {arguments.out}")
     return 0 if any(solution.feasible for solution in solutions.solutions) else 1
 
 

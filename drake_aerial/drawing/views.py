@@ -132,7 +132,7 @@ def cloud_of(solutions: ContactSolutions, folder: Path) -> PointCloud:
     InputError
         If it is not there any more, or is another cloud.
     """
-    from drake_aerial.named_inputs import read_scan
+    from drake_aerial.perception.point_cloud import PointCloud
 
     given = solutions.cloud.get("path")
     if not given:
@@ -140,7 +140,7 @@ def cloud_of(solutions: ContactSolutions, folder: Path) -> PointCloud:
     candidates: Sequence[str | Path] = (given, folder / given, folder / Path(given).name)
     for candidate in candidates:
         if Path(candidate).is_file():
-            cloud = read_scan(candidate)
+            cloud = PointCloud.read(candidate)
             if cloud.sha256 != solutions.cloud.get("sha256"):
                 raise InputError(f"{candidate} is not the cloud that the contacts were found on (its sha256 differs)")
             return cloud
