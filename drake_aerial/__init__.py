@@ -23,14 +23,14 @@ if TYPE_CHECKING:
     from drake_aerial.perception.surface_features import SurfaceFeatures, compute_features
     from drake_aerial.perception.views import partial_view
     from drake_aerial.plant.payload import Payload
-    from drake_aerial.transfer.solutions import ContactSolutions
-    from drake_aerial.transfer.transfer import transfer
+    from drake_aerial.transferring.solutions import ContactSolutions
+    from drake_aerial.transferring.transfer import transfer
     from drake_aerial.transport.station import make_transport_station
     from drake_aerial.transport.trial import TrialResult, fly
 
 _HOMES = {
     "ContactSkill": "learning.skill",
-    "ContactSolutions": "transfer.solutions",
+    "ContactSolutions": "transferring.solutions",
     "Demonstration": "learning.demonstration",
     "DrakeAerialError": "errors",
     "GeometricController": "control.geometric",
@@ -49,7 +49,7 @@ _HOMES = {
     "read_scan": "named_inputs",
     "read_skill": "named_inputs",
     "run_demo": "demo",
-    "transfer": "transfer.transfer",
+    "transfer": "transferring.transfer",
 }
 
 __all__ = [

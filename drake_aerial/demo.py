@@ -15,7 +15,7 @@ from drake_aerial.files import replacing
 if TYPE_CHECKING:
     from drake_aerial.perception.point_cloud import PointCloud
     from drake_aerial.plant.payload import Payload
-    from drake_aerial.transfer.solutions import ContactSolutions, Solution
+    from drake_aerial.transferring.solutions import ContactSolutions, Solution
     from drake_aerial.transport.trial import TrialResult
 
 DEMONSTRATION = "flat"
@@ -71,7 +71,7 @@ def run_demo(out: str | Path, *, seed: int = 0, progress: Progress | None = None
     from drake_aerial.learning.demonstration import Demonstration
     from drake_aerial.learning.learn import learn
     from drake_aerial.plant.payload import Payload
-    from drake_aerial.transfer.transfer import transfer
+    from drake_aerial.transferring.transfer import transfer
     from drake_aerial.transport.trial import fly
 
     tell = progress or (lambda fraction, what: None)

@@ -15,10 +15,10 @@ ALLOWED = {
     "perception": GROUND,
     "density": GROUND | {"perception"},
     "learning": GROUND | {"perception", "density"},
-    "transfer": GROUND | {"perception", "density", "learning"},
+    "transferring": GROUND | {"perception", "density", "learning"},
     "plant": GROUND | {"perception"},
     "control": GROUND | {"perception", "plant"},
-    "transport": GROUND | {"perception", "density", "learning", "transfer", "plant", "control"},
+    "transport": GROUND | {"perception", "density", "learning", "transferring", "plant", "control"},
 }
 ALLOWED["drawing"] = GROUND | set(ALLOWED)
 ALLOWED["study"] = ALLOWED["drawing"] | {"drawing"}

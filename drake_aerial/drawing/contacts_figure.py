@@ -16,7 +16,7 @@ from drake_aerial.geometry import Array
 
 if TYPE_CHECKING:
     from drake_aerial.learning.skill import ContactSkill
-    from drake_aerial.transfer.solutions import ContactSolutions
+    from drake_aerial.transferring.solutions import ContactSolutions
 
 PANEL = (460, 460)
 # A dot's radius as a fraction of the scan's diagonal: the features of a scan then close up to a surface.

@@ -13,7 +13,7 @@ from drake_aerial.geometry import Array, Pose, quat_from_two_vectors
 if TYPE_CHECKING:
     from drake_aerial.learning.skill import ContactSkill
     from drake_aerial.perception.surface_features import SurfaceFeatures
-    from drake_aerial.transfer.solutions import Solution
+    from drake_aerial.transferring.solutions import Solution
 
 # First rank darkest; the paper shows five.
 RANK_COLORS: tuple[Color, ...] = (

@@ -24,7 +24,7 @@ from drake_aerial.errors import InputError
 if TYPE_CHECKING:
     from drake_aerial.learning.skill import ContactSkill
     from drake_aerial.perception.point_cloud import PointCloud
-    from drake_aerial.transfer.solutions import ContactSolutions
+    from drake_aerial.transferring.solutions import ContactSolutions
 
 CONTACTS_LEGEND: list[tuple[Color, str]] = [
     (RANK_COLORS[0], "best contact, with its quadrotor"),
@@ -63,7 +63,7 @@ def write_view(path: str | Path, out: str | Path) -> str:
     if not path.is_file():
         raise InputError(f"no file {path}: give a cloud, a skill .npz, a contacts.json or a trial.npz")
     if path.suffix == ".json":
-        from drake_aerial.transfer.solutions import ContactSolutions
+        from drake_aerial.transferring.solutions import ContactSolutions
 
         solutions = ContactSolutions.read(path)
         write_contacts_page(out, solutions, cloud_of(solutions, path.parent))

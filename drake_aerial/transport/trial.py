@@ -32,7 +32,7 @@ from drake_aerial.transport.trial_result import SCHEMA, VERSION, TrialResult
 
 if TYPE_CHECKING:
     from drake_aerial.perception.point_cloud import PointCloud
-    from drake_aerial.transfer.solutions import ContactSolutions
+    from drake_aerial.transferring.solutions import ContactSolutions
 
 CONTROLLERS: dict[str, Callable[..., Any]] = {
     "mpc": PayloadMpc,
@@ -194,7 +194,7 @@ def prepare_flight(
     controller_options: dict[str, Any] | None = None,
 ) -> Flight:
     """Return the `Flight` of one contact solution, to be run with many seeds; parameters and errors as of `fly`."""
-    from drake_aerial.transfer.solutions import ContactSolutions
+    from drake_aerial.transferring.solutions import ContactSolutions
 
     beside = None
     if not isinstance(contacts, ContactSolutions):

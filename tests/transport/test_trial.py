@@ -12,7 +12,7 @@ from drake_aerial.geometry import Pose
 from drake_aerial.plant.cable import CableParameters
 from drake_aerial.plant.gripper import GripperParameters
 from drake_aerial.plant.payload import Payload
-from drake_aerial.transfer.solutions import ContactSolutions, Solution
+from drake_aerial.transferring.solutions import ContactSolutions, Solution
 from drake_aerial.transport.station import StationParameters
 from drake_aerial.transport.trial import Flight, fly, prepare_flight
 from drake_aerial.transport.trial_result import TrialResult

@@ -14,8 +14,8 @@ from drake_aerial.learning.hull import HorizontalHull
 from drake_aerial.learning.skill import ContactSkill
 from drake_aerial.learning.task_model import draw_by, gravity_saliency, horizontal_direction
 from drake_aerial.perception.surface_features import SurfaceFeatures
-from drake_aerial.transfer.grid_density import GridDensity
-from drake_aerial.transfer.parameters import TransferParameters
+from drake_aerial.transferring.grid_density import GridDensity
+from drake_aerial.transferring.parameters import TransferParameters
 
 
 @dataclass(frozen=True, eq=False)

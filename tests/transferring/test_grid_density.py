@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from drake_aerial.transfer.grid_density import GridDensity
+from drake_aerial.transferring.grid_density import GridDensity
 
 
 def direct(x, votes, weights, sigma, periodic):

@@ -7,7 +7,7 @@ import numpy as np
 from drake_aerial.geometry import Pose
 from drake_aerial.learning.configuration_model import ConfigurationModel
 from drake_aerial.learning.hull import HorizontalHull
-from drake_aerial.transfer.local_surface import LocalSurface
+from drake_aerial.transferring.local_surface import LocalSurface
 
 
 def centroid_contacts(configuration: ConfigurationModel, hull: HorizontalHull, surface: LocalSurface) -> Pose:

@@ -9,8 +9,8 @@ import numpy as np
 from drake_aerial.geometry import Array, Pose, quat_about_axis, rotate
 from drake_aerial.learning.configuration_model import ConfigurationModel
 from drake_aerial.learning.hull import HorizontalHull
-from drake_aerial.transfer.hull_votes import HullVotes
-from drake_aerial.transfer.query_density import Query
+from drake_aerial.transferring.hull_votes import HullVotes
+from drake_aerial.transferring.query_density import Query
 
 # Weight of the votes in J: a formation's n densities together outweigh one vote (DESIGN 4.5, step 5).
 GAMMA_ONE, GAMMA_SEVERAL = 1.0, 3.0

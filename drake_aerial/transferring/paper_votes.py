@@ -12,7 +12,7 @@ from drake_aerial.geometry import Pose, invert
 from drake_aerial.learning.skill import ContactSkill
 from drake_aerial.learning.task_model import draw_by
 from drake_aerial.perception.surface_features import SurfaceFeatures
-from drake_aerial.transfer.parameters import TransferParameters
+from drake_aerial.transferring.parameters import TransferParameters
 
 
 def paper_votes(

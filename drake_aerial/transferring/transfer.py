@@ -14,20 +14,20 @@ from drake_aerial.learning.skill import ContactSkill
 from drake_aerial.perception.canonical import to_canonical
 from drake_aerial.perception.point_cloud import PointCloud
 from drake_aerial.perception.surface_features import SurfaceFeatures, compute_features
-from drake_aerial.transfer.annealing import anneal
-from drake_aerial.transfer.baseline import centroid_contacts
-from drake_aerial.transfer.evidence import Evidence
-from drake_aerial.transfer.feasibility import reasons_against
-from drake_aerial.transfer.hull_votes import HullVotes
-from drake_aerial.transfer.likelihood import ContactLikelihood, ScalePrior
-from drake_aerial.transfer.local_surface import LocalSurface
-from drake_aerial.transfer.paper_votes import paper_votes
-from drake_aerial.transfer.parameters import METHODS, TransferParameters
-from drake_aerial.transfer.query_density import NormalisedQuery, Query, ResampledQuery, draw_candidates
-from drake_aerial.transfer.scale_choice import choose_scale
-from drake_aerial.transfer.selection import distinct
-from drake_aerial.transfer.solutions import ContactSolutions, Solution
-from drake_aerial.transfer.starts import draw_starts
+from drake_aerial.transferring.annealing import anneal
+from drake_aerial.transferring.baseline import centroid_contacts
+from drake_aerial.transferring.evidence import Evidence
+from drake_aerial.transferring.feasibility import reasons_against
+from drake_aerial.transferring.hull_votes import HullVotes
+from drake_aerial.transferring.likelihood import ContactLikelihood, ScalePrior
+from drake_aerial.transferring.local_surface import LocalSurface
+from drake_aerial.transferring.paper_votes import paper_votes
+from drake_aerial.transferring.parameters import METHODS, TransferParameters
+from drake_aerial.transferring.query_density import NormalisedQuery, Query, ResampledQuery, draw_candidates
+from drake_aerial.transferring.scale_choice import choose_scale
+from drake_aerial.transferring.selection import distinct
+from drake_aerial.transferring.solutions import ContactSolutions, Solution
+from drake_aerial.transferring.starts import draw_starts
 
 
 def transfer(

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from drake_aerial.geometry import Array, Pose, quat_about_axis, quat_exp, quat_multiply, quat_normalize, rotate
-from drake_aerial.transfer.parameters import TransferParameters
+from drake_aerial.transferring.parameters import TransferParameters
 
 _Z = np.array([0.0, 0.0, 1.0])
 

@@ -3,8 +3,8 @@
 import numpy as np
 
 from drake_aerial.geometry import Pose, axis_of, identity, quat_exp
-from drake_aerial.transfer.annealing import anneal
-from drake_aerial.transfer.parameters import TransferParameters
+from drake_aerial.transferring.annealing import anneal
+from drake_aerial.transferring.parameters import TransferParameters
 
 FEW = TransferParameters(starts=200, chains=50, steps=400)
 

@@ -9,8 +9,8 @@ import numpy as np
 from drake_aerial.geometry import Array, Pose, transform
 from drake_aerial.learning.hull import HorizontalHull
 from drake_aerial.perception.surface_features import SurfaceFeatures
-from drake_aerial.transfer.hull_votes import HullVotes
-from drake_aerial.transfer.likelihood import ContactLikelihood
+from drake_aerial.transferring.hull_votes import HullVotes
+from drake_aerial.transferring.likelihood import ContactLikelihood
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,8 +6,8 @@ import numpy as np
 
 from drake_aerial.geometry import Array, Pose, quat_about_axis, rotate
 from drake_aerial.learning.task_model import draw_by
-from drake_aerial.transfer.likelihood import ContactLikelihood
-from drake_aerial.transfer.parameters import TransferParameters
+from drake_aerial.transferring.likelihood import ContactLikelihood
+from drake_aerial.transferring.parameters import TransferParameters
 
 _Z = np.array([0.0, 0.0, 1.0])
 # Formations that are tried for several grippers.

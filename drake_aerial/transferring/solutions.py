@@ -14,7 +14,7 @@ from drake_aerial.files import write_text
 from drake_aerial.geometry import Array, Pose
 
 if TYPE_CHECKING:
-    from drake_aerial.transfer.evidence import Evidence
+    from drake_aerial.transferring.evidence import Evidence
 
 SCHEMA = "drake_aerial/contacts"
 VERSION = 1

@@ -5,7 +5,7 @@ from __future__ import annotations
 from drake_aerial.learning.hull import HorizontalHull
 from drake_aerial.learning.skill import ContactSkill
 from drake_aerial.perception.surface_features import SurfaceFeatures
-from drake_aerial.transfer.parameters import TransferParameters
+from drake_aerial.transferring.parameters import TransferParameters
 
 
 def choose_scale(

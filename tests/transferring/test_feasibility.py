@@ -6,9 +6,9 @@ from box_scans import box_cloud
 
 from drake_aerial.geometry import Pose, quat_from_two_vectors
 from drake_aerial.perception.surface_features import compute_features
-from drake_aerial.transfer.feasibility import load_shares, reasons_against
-from drake_aerial.transfer.local_surface import LocalSurface
-from drake_aerial.transfer.parameters import TransferParameters
+from drake_aerial.transferring.feasibility import load_shares, reasons_against
+from drake_aerial.transferring.local_surface import LocalSurface
+from drake_aerial.transferring.parameters import TransferParameters
 
 UP = np.array([0.0, 0.0, 1.0])
 

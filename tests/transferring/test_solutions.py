@@ -7,8 +7,8 @@ import pytest
 
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Pose
-from drake_aerial.transfer.selection import distinct
-from drake_aerial.transfer.solutions import ContactSolutions, Solution
+from drake_aerial.transferring.selection import distinct
+from drake_aerial.transferring.solutions import ContactSolutions, Solution
 
 KEYS = ["schema", "version", "units", "frame", "method", "seed", "skill", "cloud", "timing", "solutions"]
 

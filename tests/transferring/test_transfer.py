@@ -13,10 +13,10 @@ from drake_aerial.geometry import transform as transformed
 from drake_aerial.learning.demonstration import Demonstration
 from drake_aerial.learning.learn import learn
 from drake_aerial.perception.point_cloud import PointCloud
-from drake_aerial.transfer import transfer as transfer_module
-from drake_aerial.transfer.grid_density import GridDensity
-from drake_aerial.transfer.parameters import METHODS, TransferParameters
-from drake_aerial.transfer.transfer import transfer
+from drake_aerial.transferring import transfer as transfer_module
+from drake_aerial.transferring.grid_density import GridDensity
+from drake_aerial.transferring.parameters import METHODS, TransferParameters
+from drake_aerial.transferring.transfer import transfer
 
 SIZE = [0.68, 0.61, 0.28]
 FAST = TransferParameters(

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from drake_aerial.geometry import Array, Pose, axis_of
-from drake_aerial.transfer.local_surface import LocalSurface
-from drake_aerial.transfer.parameters import TransferParameters
+from drake_aerial.transferring.local_surface import LocalSurface
+from drake_aerial.transferring.parameters import TransferParameters
 
 # A contact's own neighbourhood, whose points near the cable's foot are no obstacle [m].
 _FOOT = 0.03
