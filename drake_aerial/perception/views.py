@@ -123,12 +123,11 @@ def _cast(vertices: Array, faces: NDArray[np.int64], eye: Array, directions: Arr
     """Return the distance [m] from `eye` to the first triangle along each direction; infinite where there is none."""
     import open3d as o3d
 
-    scene = o3d.t.geometry.RaycastingScene()
+    scene: Any = o3d.t.geometry.RaycastingScene()
     # The ray caster computes in single precision: coordinates relative to the eye keep the digits.
-    corners = o3d.core.Tensor((vertices - eye).astype(np.float32))
-    scene.add_triangles(corners, o3d.core.Tensor(faces.astype(np.uint32)))
+    scene.add_triangles((vertices - eye).astype(np.float32), faces.astype(np.uint32))
     rays = np.concatenate([np.zeros_like(directions), directions], axis=1).astype(np.float32)
-    return scene.cast_rays(o3d.core.Tensor(rays))["t_hit"].numpy().astype(np.float64)
+    return scene.cast_rays(rays)["t_hit"].numpy().astype(np.float64)
 
 
 def _point(values: ArrayLike, name: str) -> Array:
