@@ -17,7 +17,8 @@ from drake_aerial.perception.point_cloud import PointCloud
 
 Array = NDArray[np.float64]
 
-# |r1| that a right-angled edge reaches under this regression, see FeatureParameters.edge_saliency.
+# |r1| on a right-angled edge under this regression: the plane fits round the edge off over the ball, whatever rho is.
+# Along a clean box's edges its median is 1.17, and 90 % are between 1.10 and 1.22.
 EDGE_SALIENCY = 1.15
 # Difference of |r1| and |r2| that is rounding, on exactly flat or spherical samples.
 _ROUNDING = 1e-9
@@ -171,6 +172,9 @@ def compute_features(cloud: PointCloud, parameters: FeatureParameters | None = N
     normals outward (towards the viewpoint where known, else consistently); regress the neighbours'
     tangential normal components on their tangential offsets, which gives the Weingarten map, whose
     eigenvalues and eigenvectors are the principal curvatures and directions; find the rim.
+
+    Parts thinner than rho, such as a teapot's handle, fit into one ball whole: a plane fitted to it is not the
+    surface's, and some of its points are taken for a rim.
 
     Parameters
     ----------
