@@ -17,6 +17,7 @@ def anneal(
     starts: Pose,
     parameters: TransferParameters,
     rng: np.random.Generator,
+    progress: Callable[[float], None] | None = None,
 ) -> tuple[Pose, Array]:
     """Maximise a log-likelihood over n poses by Metropolis chains that cool down.
 
@@ -33,6 +34,8 @@ def anneal(
         Steps, chains, temperatures.
     rng : numpy.random.Generator
         Draws the steps.
+    progress : callable, optional
+        Called now and then with the fraction of the steps that are done.
 
     Returns
     -------
@@ -60,6 +63,8 @@ def anneal(
             accepted = np.log(rng.random(len(value))) < (trial_value - value) / (first * cooled)
         X = _where(accepted, trial, X)
         value = np.where(accepted, trial_value, value)
+        if progress is not None and step % 10 == 0:
+            progress(step / parameters.steps)
         better = value > best_value
         best, best_value = _where(better, X, best), np.where(better, value, best_value)
     order = np.argsort(-best_value, kind="stable")

@@ -32,6 +32,9 @@ class GridDensity:
         Region of interest; for angles 0 to 2 pi.
     periodic : (D,) sequence of bool
         Which coordinates are angles.
+    best_of_last : bool
+        Whether the last coordinate is taken at its best everywhere, which leaves a density-like function of the
+        others: votes that agree on it count together, others do not add up.
     """
 
     def __init__(
@@ -42,6 +45,7 @@ class GridDensity:
         lower: Sequence[float],
         upper: Sequence[float],
         periodic: Sequence[bool],
+        best_of_last: bool = False,
     ):
         from scipy.ndimage import gaussian_filter1d, spline_filter1d
 
@@ -59,6 +63,10 @@ class GridDensity:
         for axis, periodic_ in enumerate(self._periodic):
             cells = sigma_[axis] / self._step[axis]
             grid = gaussian_filter1d(grid, cells, axis=axis, mode="wrap" if periodic_ else "constant", truncate=5)
+        if best_of_last:
+            grid = _soft_maximum(grid)
+            self._shape, self._step, self._lower = self._shape[:-1], self._step[:-1], self._lower[:-1]
+            self._periodic = self._periodic[:-1]
         self._log_scale = 0.0
         if self.total > 0.0:
             top = grid.max()
@@ -136,6 +144,12 @@ class GridDensity:
                 factors = [slopes[k] if k == axis else weights[k] for k in range(dimension)]
                 slope_out[:, axis] = np.einsum(rule, picked, *factors)
         return value.reshape(x.shape[:-1]), slope_out.reshape(x.shape)
+
+
+def _soft_maximum(grid: Array) -> Array:
+    """Return a smooth maximum over the last axis: the mean of fourth powers, whose root is taken."""
+    top = max(float(grid.max()), 1e-300)
+    return top * np.mean((grid / top) ** 4, axis=-1) ** 0.25
 
 
 def _spline(t: Array) -> Array:

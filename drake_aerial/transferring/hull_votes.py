@@ -118,19 +118,25 @@ class HullVotes:
         )
         log_weight = -0.5 * ((new.strength[:, None] - old.strength) / parameters.vote_descriptor) ** 2
         log_weight = log_weight - 0.5 * ((new.depth[:, None] - old.depth) / parameters.vote_depth) ** 2
+        # The same object in another size and aspect: stretched along t about as much as along e.
+        stretch = np.log(new.support[:, None] / old.support) - np.log(new.width[:, None] / old.width)
+        log_weight = log_weight - 0.5 * (stretch / parameters.vote_aspect) ** 2
         self.positions = p.reshape(-1, 2)
         self.weights = np.exp(log_weight).ravel()
         self.yaw = (_angle(new.t)[:, None] - _angle(old.t)).ravel() % (2.0 * np.pi)
 
-        lower, upper = hull.vertices.min(axis=0), hull.vertices.max(axis=0)
-        votes, sigma = self.positions, [parameters.vote_sigma] * 2
-        low, high, periodic = list(lower), list(upper), [False, False]
+        # One gripper's yaw is not asked for, yet votes must agree on one: else a site's images under the object's
+        # near-symmetries add up in the middle.
         self.with_yaw = len(skill) > 1
-        if self.with_yaw:
-            votes = np.column_stack([votes, self.yaw])
-            sigma, periodic = [*sigma, parameters.vote_sigma_rotation], [False, False, True]
-            low, high = [*low, 0.0], [*high, 2.0 * np.pi]
-        self.density = GridDensity(votes, self.weights, sigma, low, high, periodic)
+        self.density = GridDensity(
+            np.column_stack([self.positions, self.yaw]),
+            self.weights,
+            [parameters.vote_sigma, parameters.vote_sigma, parameters.vote_sigma_rotation],
+            [*hull.vertices.min(axis=0), 0.0],
+            [*hull.vertices.max(axis=0), 2.0 * np.pi],
+            [False, False, True],
+            best_of_last=not self.with_yaw,
+        )
         if not self.density.total > 1e-12 * len(self.weights):
             raise JobError(
                 "the votes are zero: no salient feature of the new cloud resembles one of the demonstration in "

@@ -12,8 +12,9 @@ from drake_aerial.learning.hull import HorizontalHull
 from drake_aerial.transferring.hull_votes import HullVotes
 from drake_aerial.transferring.query_density import Query
 
-# Weight of the votes in J: a formation's n densities together outweigh one vote (DESIGN 4.5, step 5).
-GAMMA_ONE, GAMMA_SEVERAL = 1.0, 3.0
+# Weight gamma of the votes in J. Their density is blurred by the features' own spread, so that its log is shallow:
+# one vote's weight leaves the contact to the noise of the local surface.
+GAMMA = 3.0
 _Z = np.array([0.0, 0.0, 1.0])
 
 
@@ -65,7 +66,7 @@ class ContactLikelihood:
         prior: ScalePrior,
     ):
         self.configuration, self.queries, self.votes, self.prior = configuration, queries, votes, prior
-        self.gamma = GAMMA_ONE if len(queries) == 1 else GAMMA_SEVERAL
+        self.gamma = GAMMA
         self._spread = float(np.sum(configuration.X_FG.p**2))
 
     def __call__(self, X_NG: Pose, coarse: bool = False) -> Array:

@@ -37,6 +37,8 @@ class TransferParameters:
         Bandwidth of the votes' rotation, or of their yaw for several grippers [rad].
     vote_descriptor, vote_depth : float
         Standard deviations of the differences in saliency and in relative depth that a vote tolerates.
+    vote_aspect : float
+        Standard deviation of the log of the ratio between an object's stretch along and across a vote's direction.
     candidates : int
         Candidate gripper poses per gripper under `normalised` sampling.
     floor : float
@@ -69,6 +71,7 @@ class TransferParameters:
     vote_sigma_rotation: float = float(np.deg2rad(20.0))
     vote_descriptor: float = 0.2
     vote_depth: float = 0.15
+    vote_aspect: float = 0.3
     candidates: int = 5000
     floor: float = 0.1
     paper_candidates: int = 10_000

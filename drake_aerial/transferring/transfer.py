@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -38,6 +39,7 @@ def transfer(
     top: int = 5,
     seed: int = 0,
     parameters: TransferParameters | None = None,
+    progress: Callable[[float, str], None] | None = None,
 ) -> ContactSolutions:
     """Find where the skill's grippers belong on a new cloud.
 
@@ -58,6 +60,8 @@ def transfer(
         The same inputs and seed give the same solutions, bit for bit.
     parameters : TransferParameters, optional
         Bandwidths and numbers.
+    progress : callable, optional
+        Called now and then with the fraction done and what is being done.
 
     Returns
     -------
@@ -77,7 +81,9 @@ def transfer(
     if top < 1 or seed < 0:
         raise InputError(f"top should be at least 1 and seed not negative, got {top} and {seed}")
     clock = [time.perf_counter()]
+    report = progress or (lambda fraction, what: None)
 
+    report(0.0, "surface features")
     # The new object's features, in its canonical frame.
     cloud_N, X_SN = to_canonical(cloud)
     features = compute_features(cloud_N, skill.parameters.features)
@@ -91,6 +97,7 @@ def transfer(
         evidence = Evidence(X_SN, features, hull, None, None, "rigid")
         clock.append(time.perf_counter())
     else:
+        report(0.2, "query density")
         # Where the surface looks like the contact, and where the votes would have it.
         streams = np.random.default_rng(seed).spawn(3)
         evidence = query(skill, features, hull, X_SN, method, parameters, streams[0])
@@ -99,13 +106,15 @@ def transfer(
         clock.append(time.perf_counter())
 
         # The likeliest configurations, set down on the surface.
-        X_NG, _ = anneal(partial(evidence.likelihood, coarse=True), starts, parameters, streams[2])
+        annealing = lambda fraction: report(0.4 + 0.6 * fraction, "annealing")  # noqa: E731
+        X_NG, _ = anneal(partial(evidence.likelihood, coarse=True), starts, parameters, streams[2], annealing)
         X_NG, _, _ = surface.set_down(X_NG)
         log_j = evidence.likelihood(X_NG)
     chosen = distinct(X_NG, log_j, top, parameters.distinct)
     X_NG = _spin_free(skill, X_NG.take(chosen))
     solutions = _solutions(skill, X_NG, log_j[chosen], X_SN, hull, surface, parameters)
     clock.append(time.perf_counter())
+    report(1.0, "done")
     names = ("features_s", "query_s", "optimise_s")
     return ContactSolutions(
         method=method,
@@ -117,6 +126,7 @@ def transfer(
             "points": len(cloud),
             "dropped_points": cloud.dropped_points,
             "centroid": cloud.centroid.tolist(),
+            "up": cloud.up.tolist(),
         },
         timing={name: round(b - a, 4) for name, a, b in zip(names, clock, clock[1:])},
         solutions=solutions,

@@ -61,3 +61,16 @@ def test_is_flat_far_away_and_never_infinite():
     assert far[0] < density.log_density(np.zeros((1, 2)))[0] - 15.0
     _, gradient = density.log_density_and_gradient(np.array([[5.0, 5.0]]))
     np.testing.assert_array_equal(gradient, 0.0)
+
+
+def test_best_of_last_counts_votes_together_only_where_they_agree():
+    # Two votes at one place with one yaw outweigh three at another with three yaws.
+    agreed, scattered = [[-0.2, 0.0, 1.0]] * 2, [[0.2, 0.0, 1.0], [0.2, 0.0, 3.0], [0.2, 0.0, 5.0]]
+    args = ([0.05, 0.05, 0.35], [-0.3, -0.3, 0.0], [0.3, 0.3, 2 * np.pi], [False, False, True])
+    votes = np.array(agreed + scattered)
+    together = GridDensity(votes, np.ones(5), *args, best_of_last=True)
+    np.testing.assert_allclose(together.mode, [-0.2, 0.0], atol=0.0125)
+    np.testing.assert_allclose(
+        GridDensity(votes[:, :2], np.ones(5), *(a[:2] for a in args)).mode, [0.2, 0.0], atol=0.0125
+    )
+    assert together.log_density(np.zeros((4, 2))).shape == (4,)

@@ -56,6 +56,15 @@ def test_central_demonstration_goes_to_the_centre_of_another_box(skill, cloud):
     assert np.all(np.diff([s.log_likelihood for s in solutions.solutions]) <= 0.0)
 
 
+@pytest.mark.parametrize("site", [(0.6, 0.0), (0.5, 0.6)])
+def test_off_centre_demonstration_goes_to_the_corresponding_site(site):
+    size = np.array([1.0, 0.8, 0.3])
+    solutions = run(learn(box_demonstration(SIZE, site=site)), box_cloud(size, seed=5, spacing=0.012))
+    # A box looks the same after half a turn, and nearly so in a mirror.
+    right = [0.5 * size[0] * site[0], 0.5 * size[1] * site[1], 0.15]
+    np.testing.assert_allclose(np.abs(solutions[0].X_SG.p[0]), right, atol=0.025)
+
+
 def test_top_view_to_full_view_and_back(skill, cloud):
     top = learn(box_demonstration(SIZE, view="top"))
     for taught, scan in ((top, cloud), (skill, box_cloud([0.45, 0.35, 0.25], seed=2, view="top"))):
@@ -110,6 +119,18 @@ def test_control_is_task_with_votes_off(skill, cloud, monkeypatch):
     monkeypatch.setattr(GridDensity, "log_density", lambda _, x: np.zeros(np.shape(x)[:-1]))
     off = run(skill, cloud)
     assert without_timing(off)["solutions"] == without_timing(control)["solutions"]
+
+
+def test_reports_its_progress_and_the_cloud(skill, cloud):
+    seen = []
+    solutions = transfer(skill, cloud, parameters=FAST, progress=lambda fraction, what: seen.append((fraction, what)))
+    fractions = [fraction for fraction, _ in seen]
+    assert fractions == sorted(fractions)
+    assert (fractions[0], fractions[-1]) == (0.0, 1.0)
+    assert {"annealing", "query density"} <= {what for _, what in seen}
+    assert solutions.cloud["points"] == len(cloud)
+    assert solutions.cloud["sha256"] == cloud.sha256
+    assert solutions.cloud["up"] == [0.0, 0.0, 1.0]
 
 
 def test_centroid_learns_nothing(cloud):

@@ -1,0 +1,256 @@
+"""Where transferred contacts land: one table over fresh seeds, all arms beside each other.
+
+    python tools/bench/contacts.py [--rows ROW ...] [--seeds 100-109] [--scale auto] [--json FILE]
+
+One number per seed and arm: the median, over the best five solutions, of the distance from the right place [cm].
+A seed drives the scan (surface samples, noise, yaw, place) and the transfer. Arms: `task`, its matched control
+(`control`: no votes, everything else equal), `paper`, `kopicki`, `centroid`. Seeds 0 to 9 chose the defaults; the
+table's, 100 to 109, chose nothing.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cache
+
+import numpy as np
+
+from drake_aerial.geometry import Pose, quat_about_axis, transform
+from drake_aerial.learning.demonstration import Demonstration
+from drake_aerial.learning.learn import learn
+from drake_aerial.learning.skill import ContactSkill
+from drake_aerial.perception.point_cloud import PointCloud
+from drake_aerial.transfer.parameters import TransferParameters
+from drake_aerial.transfer.transfer import transfer
+
+ARMS = ("task", "control", "paper", "kopicki", "centroid")
+POINTS = 20_000
+TAUGHT = (0.68, 0.61, 0.28)
+Z = np.array([0.0, 0.0, 1.0])
+
+
+def box_scan(
+    size: tuple[float, float, float], rng: np.random.Generator, view: str = "full", cut: str = "none"
+) -> np.ndarray:
+    """Return points (N, 3) drawn uniformly from a box's faces, centred on the origin [m].
+
+    `view` is `full` or `top`; `cut` takes away a 15 cm `strip` at one end or a 20 cm `corner`.
+    """
+    s = np.asarray(size)
+    faces = [(2, 1.0)] if view == "top" else [(axis, sign) for axis in range(3) for sign in (-1.0, 1.0)]
+    areas = np.array([np.prod(np.delete(s, axis)) for axis, _ in faces])
+    # As dense as a full view of 20,000 points.
+    full = 2.0 * (s[0] * s[1] + s[1] * s[2] + s[0] * s[2])
+    points = rng.uniform(-0.5, 0.5, (int(POINTS * areas.sum() / full), 3))
+    face = rng.choice(len(faces), len(points), p=areas / areas.sum())
+    for k, (axis, sign) in enumerate(faces):
+        points[face == k, axis] = 0.5 * sign
+    points *= s
+    if cut == "strip":
+        points = points[points[:, 0] < 0.5 * s[0] - 0.15]
+    elif cut == "corner":
+        points = points[~np.all(points[:, :2] > 0.5 * s[:2] - 0.2, axis=1)]
+    return points
+
+
+def placed(points: np.ndarray, rng: np.random.Generator, viewpoint: np.ndarray | None) -> tuple[PointCloud, Pose]:
+    """Return the cloud at a random yaw and place, and X_SB, the object's frame in the cloud's."""
+    yaw = rng.uniform(-np.pi, np.pi)
+    X_SB = Pose(rng.uniform(-1.0, 1.0, 3), quat_about_axis(Z, np.asarray(yaw)))
+    seen_from = None if viewpoint is None else transform(X_SB, viewpoint)
+    return PointCloud.read(transform(X_SB, points), viewpoint=seen_from), X_SB
+
+
+def box_query(size: tuple[float, float, float], view: str = "full", noise: float = 0.0, cut: str = "none"):
+    """Return a function of a generator that scans a box."""
+
+    def scan(rng: np.random.Generator) -> tuple[PointCloud, Pose]:
+        points = box_scan(size, rng, view, cut)
+        points = points + noise * rng.standard_normal(points.shape)
+        viewpoint = np.array([0.0, 0.0, 3.0]) if view == "top" else None
+        return placed(points, rng, viewpoint)
+
+    return scan
+
+
+@cache
+def box_skill(site: tuple[float, float] = (0.0, 0.0), view: str = "full") -> ContactSkill:
+    """Return the skill of one gripper on the taught box's top, `site` metres off its centre."""
+    points = box_scan(TAUGHT, np.random.default_rng(12345), view)
+    cloud = PointCloud.read(points, viewpoint=(0.0, 0.0, 3.0) if view == "top" else None)
+    position = [[site[0], site[1], 0.5 * TAUGHT[2]]]
+    return learn(Demonstration.make(cloud, position, name=f"box {site} {view}"))
+
+
+def sites_by_ratio(site: tuple[float, float], size: tuple[float, float, float]) -> np.ndarray:
+    """Return the places (M, 3) on a box's top that correspond to `site` on the taught one's, with mirror images."""
+    ratio = np.array(site) / np.array(TAUGHT[:2])
+    layouts = [ratio]
+    if size[0] == size[1]:
+        # A square looks the same after a quarter turn.
+        layouts.append(ratio[::-1])
+    signs = np.array([[a, b] for a in (-1, 1) for b in (-1, 1)])
+    places = np.vstack([signs * layout * np.array(size[:2]) for layout in layouts])
+    return np.column_stack([places, np.full(len(places), 0.5 * size[2])])
+
+
+@dataclass
+class Row:
+    """One line of the table."""
+
+    name: str
+    skill: Callable[[], ContactSkill]
+    scan: Callable[[np.random.Generator], tuple[PointCloud, Pose]]
+    sites: np.ndarray
+    """Right places (M, 3) in the object's frame [m]; the nearest counts."""
+    horizontal: bool = False
+    """Whether only the horizontal distance counts."""
+    arms: tuple[str, ...] = ARMS
+    scales: tuple[str, ...] = ()
+    """Scale modes to compare, each an arm of its own."""
+    target: str = ""
+    limit: float | None = None
+    """Distance within which a seed counts as a success [cm]."""
+    results: dict[str, list[float]] = field(default_factory=dict)
+
+
+def top_centre(size: tuple[float, float, float]) -> np.ndarray:
+    return np.array([[0.0, 0.0, 0.5 * size[2]]])
+
+
+def rows() -> list[Row]:
+    """Return all rows."""
+    square, small, large, long = (0.68, 0.68, 0.28), (0.45, 0.35, 0.25), (1.0, 0.8, 0.3), (0.9, 0.45, 0.25)
+    table = [
+        Row("68x68x28", box_skill, box_query(square), top_centre(square), target="1.2 (2.5); paper 5"),
+        Row("45x35x25", box_skill, box_query(small), top_centre(small), target="1.2"),
+        Row("100x80x30", box_skill, box_query(large), top_centre(large), target="1.5"),
+        Row("90x45x25", box_skill, box_query(long), top_centre(long), target="1.5"),
+        Row(
+            "top view, 1 mm noise",
+            lambda: box_skill(view="top"),
+            box_query(square, "top", 0.001),
+            top_centre(square),
+            target="1.5",
+        ),
+        Row(
+            "taught top, asked full",
+            lambda: box_skill(view="top"),
+            box_query(square),
+            top_centre(square),
+            target="1.5",
+        ),
+        Row("taught full, asked top", box_skill, box_query(square, "top"), top_centre(square), target="1.5"),
+        Row("5 mm noise", box_skill, box_query(square, noise=0.005), top_centre(square), target="2.0"),
+    ]
+    off = {"edge": (0.29, 0.0), "15 cm along": (0.15, 0.0), "corner": (0.21, 0.18)}
+    for name, site in off.items():
+        for size in (square, large):
+            label = "x".join(f"{100 * s:.0f}" for s in size[:2])
+            table.append(
+                Row(
+                    f"{name}, {label}",
+                    lambda site=site: box_skill(site),
+                    box_query(size),
+                    sites_by_ratio(site, size),
+                    target=">= 80 % within 2.5",
+                    limit=2.5,
+                )
+            )
+    for cut in ("strip", "corner"):
+        for view in ("full", "top"):
+            table.append(
+                Row(
+                    f"missing {cut}, {view}",
+                    box_skill,
+                    box_query(square, view, 0.001, cut),
+                    top_centre(square),
+                    arms=(),
+                    scales=("auto", "support", "area", "rigid"),
+                )
+            )
+    table.append(
+        Row(
+            "missing strip, 90x45",
+            box_skill,
+            box_query(long, "full", 0.001, "strip"),
+            top_centre(long),
+            arms=(),
+            scales=("auto", "support", "area", "rigid"),
+        )
+    )
+    return table
+
+
+def measure(row: Row, seed: int, method: str, scale: str) -> float:
+    """Return the median distance of the best five solutions from the right place [cm]."""
+    cloud, X_SB = row.scan(np.random.default_rng(seed))
+    parameters = TransferParameters(scale=scale)
+    solutions = transfer(row.skill(), cloud, method=method, seed=seed, parameters=parameters)
+    right = transform(X_SB, row.sites)
+    distances = []
+    for solution in solutions.solutions:
+        gap = solution.X_SG.p.mean(axis=0) - right
+        distances.append(100.0 * np.linalg.norm(gap[:, :2] if row.horizontal else gap, axis=1).min())
+    return float(np.median(distances))
+
+
+def summary(values: list[float]) -> str:
+    return f"{np.median(values):5.1f} [{min(values):4.1f} {max(values):5.1f}]"
+
+
+def run(table: list[Row], seeds: list[int], scale: str) -> None:
+    """Fill and print the rows, one at a time."""
+    print("cm, median [min max] over", len(seeds), "seeds; one number per seed: the median of its best five")
+    for row in table:
+        arms = [(arm, arm, scale) for arm in row.arms] + [(mode, "task", mode) for mode in row.scales]
+        start = time.perf_counter()
+        for name, method, mode in arms:
+            row.results[name] = [measure(row, seed, method, mode) for seed in seeds]
+        seconds = (time.perf_counter() - start) / max(len(arms) * len(seeds), 1)
+        cells = "  ".join(f"{name} {summary(values)}" for name, values in row.results.items())
+        notes = []
+        if {"task", "control"} <= set(row.results):
+            closer = np.sum(np.array(row.results["task"]) < np.array(row.results["control"]))
+            notes.append(f"task closer than control {closer}/{len(seeds)}")
+        if row.limit is not None:
+            within = {name: sum(v <= row.limit for v in values) for name, values in row.results.items()}
+            notes.append(f"within {row.limit} cm: " + " ".join(f"{k} {v}" for k, v in within.items()))
+        if row.target:
+            notes.append(f"target {row.target}")
+        print(f"{row.name:24s} {cells}\n{'':24s} {'; '.join(notes)} ({seconds:.1f} s per transfer)", flush=True)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    table = rows()
+    parser.add_argument("--rows", nargs="+", help="parts of row names; all by default")
+    parser.add_argument("--seeds", default="100-109", help="first-last, both included")
+    parser.add_argument("--arms", nargs="+", choices=ARMS, help="arms to run; all by default")
+    parser.add_argument("--scale", default="auto", help="scale mode of the votes outside the cut scans")
+    parser.add_argument("--json", help="write every number to this file")
+    parser.add_argument("--list", action="store_true", help="print the rows' names")
+    options = parser.parse_args()
+    if options.list:
+        print("\n".join(row.name for row in table))
+        return 0
+    if options.rows:
+        table = [row for row in table if any(part in row.name for part in options.rows)]
+    if options.arms:
+        for row in table:
+            row.arms = tuple(arm for arm in row.arms if arm in options.arms)
+    first, last = (int(part) for part in options.seeds.split("-"))
+    run(table, list(range(first, last + 1)), options.scale)
+    if options.json:
+        with open(options.json, "w") as file:
+            json.dump({row.name: row.results for row in table}, file, indent=1)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
