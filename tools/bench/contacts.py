@@ -24,9 +24,10 @@ from drake_aerial.geometry import Pose, quat_about_axis, transform
 from drake_aerial.learning.demonstration import Demonstration
 from drake_aerial.learning.learn import learn
 from drake_aerial.learning.skill import ContactSkill
+from drake_aerial.model_files import models_dir
 from drake_aerial.perception.point_cloud import PointCloud
-from drake_aerial.transfer.parameters import TransferParameters
-from drake_aerial.transfer.transfer import transfer
+from drake_aerial.transferring.parameters import TransferParameters
+from drake_aerial.transferring.transfer import transfer
 
 ARMS = ("task", "control", "paper", "kopicki", "centroid")
 POINTS = 20_000
@@ -119,6 +120,66 @@ class Row:
     results: dict[str, list[float]] = field(default_factory=dict)
 
 
+def ellipsoid():
+    """Return an ellipsoid of half axes 22, 16 and 12 cm, standing on z = 0."""
+    import trimesh
+
+    mesh = trimesh.creation.icosphere(subdivisions=4)
+    mesh.apply_scale([0.22, 0.16, 0.12])
+    mesh.apply_translation([0.0, 0.0, 0.12])
+    return mesh
+
+
+@cache
+def curved_mesh(name: str):
+    """Return a shipped mesh, or the ellipsoid, as a trimesh object [m]."""
+    import trimesh
+
+    return ellipsoid() if name == "ellipsoid" else trimesh.load(models_dir() / "meshes" / f"{name}.obj", force="mesh")
+
+
+def above_centroid(mesh) -> np.ndarray:
+    """Return the topmost point (3,) of a mesh over its volume centroid [m]."""
+    a, b, c = (mesh.triangles[:, k] for k in range(3))
+    at = mesh.center_mass[:2]
+    # Barycentric coordinates of the vertical through the centroid in every triangle, seen from above.
+    T = np.stack([a[:, :2] - c[:, :2], b[:, :2] - c[:, :2]], axis=-1)
+    T = T + 1e-12 * np.eye(2)
+    uv = np.linalg.solve(T, (at - c[:, :2])[..., None])[..., 0]
+    w = np.column_stack([uv, 1.0 - uv.sum(axis=1)])
+    hit = np.all(w >= -1e-9, axis=1)
+    z = np.sum(w[hit] * mesh.triangles[hit][:, :, 2], axis=1)
+    return np.array([*at, z.max()])
+
+
+def mesh_points(mesh, rng: np.random.Generator) -> np.ndarray:
+    """Return points (N, 3) drawn uniformly from a mesh [m]."""
+    import trimesh
+
+    return np.asarray(trimesh.sample.sample_surface(mesh, POINTS, seed=rng)[0])
+
+
+@cache
+def curved_skill(name: str) -> ContactSkill:
+    """Return the skill of one gripper above the volume centroid of a curved object."""
+    mesh = curved_mesh(name)
+    cloud = PointCloud.read(mesh_points(mesh, np.random.default_rng(12345)))
+    at = above_centroid(mesh)
+    nearest = mesh.triangles_center - at
+    normal = mesh.face_normals[np.argmin(np.linalg.norm(nearest, axis=1))]
+    return learn(Demonstration.make(cloud, at, axes=normal[None], name=name))
+
+
+def curved_query(name: str):
+    """Return a function of a generator that scans a curved object in full, with 1 mm noise."""
+
+    def scan(rng: np.random.Generator) -> tuple[PointCloud, Pose]:
+        points = mesh_points(curved_mesh(name), rng)
+        return placed(points + 0.001 * rng.standard_normal(points.shape), rng, None)
+
+    return scan
+
+
 def top_centre(size: tuple[float, float, float]) -> np.ndarray:
     return np.array([[0.0, 0.0, 0.5 * size[2]]])
 
@@ -162,6 +223,17 @@ def rows() -> list[Row]:
                     limit=2.5,
                 )
             )
+    for taught, asked in (("teapot", "bunny"), ("bunny", "teapot"), ("ellipsoid", "bunny")):
+        table.append(
+            Row(
+                f"{taught} to {asked}",
+                lambda taught=taught: curved_skill(taught),
+                curved_query(asked),
+                curved_mesh(asked).center_mass[None],
+                horizontal=True,
+                target="task closer than control >= 9/10",
+            )
+        )
     for cut in ("strip", "corner"):
         for view in ("full", "top"):
             table.append(
