@@ -49,7 +49,7 @@ class MpcWeights:
         Of the commanded thrusts [1/N^2].
     """
 
-    position: float = 50.0
+    position: float = 100.0
     velocity: float = 10.0
     attitude: float = 2.0
     rate: float = 0.5
