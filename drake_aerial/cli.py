@@ -12,10 +12,13 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from drake_aerial import __version__
 from drake_aerial.errors import InputError, JobError
+
+if TYPE_CHECKING:
+    from drake_aerial.transferring.solutions import ContactSolutions
 
 METHODS = ("task", "paper", "kopicki", "centroid")
 BELIEFS = ("below_contact", "geometric", "true")
@@ -171,7 +174,7 @@ def _transfer(arguments: argparse.Namespace) -> int:
         from drake_aerial.drawing.views import write_contacts_page
 
         write_contacts_page(arguments.html, solutions, cloud)
-    _report(arguments.json, solutions.to_dict(), f"{solutions.summary()}\n-> {arguments.out}")
+    _report(arguments.json, solutions.to_dict(), f"{_lines(solutions)}\n-> {arguments.out}")
     return 0 if any(solution.feasible for solution in solutions.solutions) else 1
 
 
@@ -204,6 +207,16 @@ def _view(arguments: argparse.Namespace) -> int:
     out = arguments.out or arguments.file.with_suffix(".html")
     print(write_view(arguments.file, out))
     return 0
+
+
+def _lines(solutions: ContactSolutions) -> str:
+    """Return one line a solution: rank, likelihood, where, and whether it can be flown."""
+    lines = []
+    for solution in solutions.solutions:
+        where = "; ".join(" ".join(f"{x:+.3f}" for x in p) for p in solution.X_SG.p)
+        state = "feasible" if solution.feasible else ", ".join(solution.reasons)
+        lines.append(f"{solution.rank:2d}  log J {solution.log_likelihood:8.2f}  at {where} m  {state}")
+    return "\n".join(lines)
 
 
 def _report(as_json: bool, document: dict[str, Any], text: str) -> None:

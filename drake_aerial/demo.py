@@ -212,12 +212,14 @@ def _write_report(
                 "drake-aerial view flight/trial.npz</pre>",
                 f'<span class="muted">drake-aerial {__version__}; demonstration <code>{DEMONSTRATION}</code>, payload '
                 f"<code>{PAYLOAD}</code> ({payload.mass:g} kg). Beside this page: contacts.json, metrics.json and trial.npz of "
-                "the learnt contact, skill.npz, scan.npz, and the other contact's files in baseline/. Every number above is "
-                "in those files; metrics.json holds the full configuration.</span>",
+                "the learnt contact, skill.npz, scan.npz, and the other contact's files in baseline/. The table's numbers are "
+                "those of metrics.json, which also holds the full configuration.</span>",
             ],
         ),
     ]
-    write_report(out / "report.html", title="One demonstration, a new payload, a flight", answer=answer, sections=sections)
+    write_report(
+        out / "report.html", title="One demonstration, a new payload, a flight", answer=answer, sections=sections
+    )
 
 
 def _summary(out: Path, flights: dict[str, TrialResult]) -> str:

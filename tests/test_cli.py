@@ -101,7 +101,7 @@ GOOD = np.random.default_rng(0).uniform(-0.3, 0.3, (4000, 3)) * [1, 1, 0]
 
 # Name of the case -> points of the cloud, words that the one line must have.
 BAD_CLOUDS = {
-    "empty": (np.zeros((0, 3)), ["empty"]),
+    "empty": (np.zeros((0, 3)), ["no points"]),
     "all NaN": (np.full((100, 3), np.nan), ["finite"]),
     "too few": (GOOD[:3], ["points"]),
     "all equal": (np.ones((500, 3)), ["equal"]),
@@ -255,8 +255,10 @@ def test_view_shows_clouds_skills_and_contacts(workshop, run, tmp_path):
 def test_fly_writes_the_contracts_files(workshop, run, tmp_path):
     out = tmp_path / "flight"
     hover = tmp_path / "hover.yaml"
-    hover.write_text("kind: hover\nduration: 2.0\n")
-    code, text, err = run("fly", workshop / "contacts.json", "--mass", 0.2, "--trajectory", hover, "--out", out, "--json")
+    hover.write_text("kind: hover\nhover_time: 2.0\n")
+    code, text, err = run(
+        "fly", workshop / "contacts.json", "--mass", 0.2, "--trajectory", hover, "--out", out, "--json"
+    )
     assert code == 0, err
     metrics = json.loads((out / "metrics.json").read_text())
     assert json.loads(text) == metrics

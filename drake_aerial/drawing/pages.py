@@ -29,7 +29,10 @@ def card(title: str, legend: list[tuple[Color, str]], text: str = "", *, is_open
     rows = "".join(f'<li><i style="background:{_css(color)}"></i>{html.escape(label)}</li>' for color, label in legend)
     body = f"<pre>{html.escape(text)}</pre>" if text else ""
     state = " open" if is_open else ""
-    return f'{_STYLE}<details id="card"{state}><summary>{html.escape(title)}</summary><ul>{rows}</ul>{body}</details>'
+    return (
+        f'{_STYLE}<details id="card"{state}><summary>{html.escape(title)}</summary><ul>{rows}</ul>{body}</details>'
+        "<script>if (innerWidth < 600) document.getElementById('card').open = false;</script>"
+    )
 
 
 def add_card(page: str, overlay: str, title: str) -> str:

@@ -32,7 +32,9 @@ def diverging(value: Array) -> Array:
     """Return colours (N, 3) for values (N,): blue at -1, grey at 0, red at +1."""
     value = np.clip(np.asarray(value, float), -1.0, 1.0)[:, None]
     return np.where(
-        value > 0, (1 - value) * np.array(GREY) + value * np.array(RED), (1 + value) * np.array(GREY) - value * np.array(BLUE)
+        value > 0,
+        (1 - value) * np.array(GREY) + value * np.array(RED),
+        (1 + value) * np.array(GREY) - value * np.array(BLUE),
     )
 
 

@@ -22,13 +22,16 @@ iframe { width: 100%; height: 30rem; border: 1px solid #d0d7de; border-radius: 6
 code, pre { font: .88rem ui-monospace, monospace; background: #f6f8fa; } pre { padding: .7rem; overflow-x: auto; } .muted { color: #57606a; }
 """
 
+# Elements that are not put into a paragraph.
+_BLOCKS = ("<pre", "<div", "<iframe")
+
 # Key of metrics.json, what it is called here, factor, unit format.
 ROWS: tuple[tuple[str, str, float, str], ...] = (
     ("outcome", "outcome", 1.0, "{}"),
     ("position_rmse_m", "distance from the planned path, root mean square", 100.0, "{:.1f} cm"),
     ("position_max_m", "largest distance from the planned path", 100.0, "{:.1f} cm"),
     ("tilt_max_rad", "largest tilt of the payload", 57.29578, "{:.0f}°"),
-    ("attitude_rmse_rad", "attitude error, root mean square", 57.29578, "{:.1f}°"),
+    ("attitude_rmse_rad", "attitude error with heading, root mean square", 57.29578, "{:.1f}°"),
     ("thrust_mean_N", "mean thrust", 1.0, "{:.2f} N"),
     ("moment_rms_N_m", "moments, root mean square", 1000.0, "{:.1f} mN m"),
     ("tension_max_N", "largest cable tension", 1.0, "{:.1f} N"),
@@ -77,7 +80,7 @@ def write_report(path: str | Path, *, title: str, answer: str, sections: Sequenc
     ]
     for section in sections:
         parts.append(f"<h2>{html.escape(section.heading)}</h2>")
-        parts += [text if text.startswith("<") else f"<p>{text}</p>" for text in section.paragraphs]
+        parts += [text if text.startswith(_BLOCKS) else f"<p>{text}</p>" for text in section.paragraphs]
         if section.image is not None:
             data = base64.b64encode(section.image.read_bytes()).decode()
             parts.append(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -153,8 +155,11 @@ def _schema(path: Path) -> str | None:
         return None
     try:
         with np.load(path, allow_pickle=False) as archive:
-            return str(archive["schema"]) if "schema" in archive.files else None
-    except (OSError, ValueError, EOFError, KeyError):
+            if "schema" in archive.files:
+                return str(archive["schema"])
+            # A trial keeps its schema inside its metrics document.
+            return str(json.loads(str(archive["metrics"]))["schema"]) if "metrics" in archive.files else None
+    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile):
         return None
 
 
