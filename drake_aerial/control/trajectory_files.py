@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import difflib
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
-
-import yaml
 
 from drake_aerial.control.trajectory import (
     HoverTrajectory,
@@ -17,6 +14,7 @@ from drake_aerial.control.trajectory import (
     WaypointTrajectory,
 )
 from drake_aerial.errors import InputError
+from drake_aerial.strict_yaml import nearest, read_mapping
 
 TRAJECTORIES: dict[str, type[Trajectory]] = {
     kind.name: kind for kind in (TransportTrajectory, HoverTrajectory, LineTrajectory, WaypointTrajectory)
@@ -41,10 +39,7 @@ def read_trajectory(name_or_file: str | Path | Trajectory) -> Trajectory:
     path = Path(name_or_file)
     if not path.is_file():
         raise InputError(f"no trajectory {str(name_or_file)!r}: give a YAML file or one of {', '.join(TRAJECTORIES)}")
-    try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise InputError(f"{path}: not a readable YAML file: {' '.join(str(error).split())}") from error
+    content = read_mapping(path)
     try:
         return trajectory_from_dict(content)
     except InputError as error:
@@ -59,11 +54,11 @@ def trajectory_from_dict(content: Any) -> Trajectory:
     kind = parameters.pop("kind", None)
     if not isinstance(kind, str) or kind not in TRAJECTORIES:
         given = "no kind" if kind is None else f"kind {kind!r}"
-        raise InputError(f"{given}{_nearest(kind, TRAJECTORIES)}: give one of {', '.join(TRAJECTORIES)}")
+        raise InputError(f"{given}{nearest(kind, TRAJECTORIES)}: give one of {', '.join(TRAJECTORIES)}")
     known = [f.name for f in fields(TRAJECTORIES[kind])]
     for key in parameters:
         if key not in known:
-            raise InputError(f"unknown key {key!r}{_nearest(key, known)}: a {kind} trajectory has {', '.join(known)}")
+            raise InputError(f"unknown key {key!r}{nearest(key, known)}: a {kind} trajectory has {', '.join(known)}")
     return TRAJECTORIES[kind](**parameters)
 
 
@@ -77,8 +72,3 @@ def trajectory_to_dict(trajectory: Trajectory) -> dict[str, Any]:
         "kind": trajectory.name,
         **{f.name: plain(getattr(trajectory, f.name)) for f in fields(trajectory)},
     }
-
-
-def _nearest(key: Any, known: Any) -> str:
-    close = difflib.get_close_matches(str(key), list(known), n=1)
-    return f" (did you mean {close[0]!r}?)" if close else ""

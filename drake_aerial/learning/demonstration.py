@@ -13,8 +13,8 @@ from drake_aerial import model_files
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, Pose, perpendicular, quat_from_xz, quat_normalize
 from drake_aerial.learning.demonstration_cloud import read_cloud
-from drake_aerial.learning.strict_keys import numbers, read_mapping, strict
 from drake_aerial.perception.point_cloud import PointCloud
+from drake_aerial.strict_yaml import check_keys, number, numbers, read_mapping
 
 CABLE_LENGTH = 0.5
 """Cable length where a demonstration names none [m]: the paper's."""
@@ -124,7 +124,7 @@ class Demonstration:
         path = model_files.find("demonstrations", path_or_name)
         values = read_mapping(path)
         where = str(path)
-        strict(values, where, required=("cloud", "grippers"), optional=("name", "label", "description"))
+        check_keys(values, where, required=("cloud", "grippers"), optional=("name", "label", "description"))
         cloud = read_cloud(values["cloud"], path)
         entries = values["grippers"]
         if not isinstance(entries, list) or not entries:
@@ -146,7 +146,7 @@ class Demonstration:
 
 
 def _gripper(entry: Any, where: str, up: Array) -> dict[str, Any]:
-    strict(
+    check_keys(
         entry,
         where,
         required=("position",),
@@ -155,22 +155,22 @@ def _gripper(entry: Any, where: str, up: Array) -> dict[str, Any]:
     for a, b in (("axis", "quaternion_wxyz"), ("cable_direction", "quadrotor")):
         if a in entry and b in entry:
             raise InputError(f"{where}: give {a} or {b}, not both")
-    position = numbers(entry["position"], 3, f"{where}: position")
+    position = numbers(entry["position"], (3,), f"{where}: position")
     q = None
-    axis = numbers(entry["axis"], 3, f"{where}: axis") if "axis" in entry else up
+    axis = numbers(entry["axis"], (3,), f"{where}: axis") if "axis" in entry else up
     if "quaternion_wxyz" in entry:
-        q = numbers(entry["quaternion_wxyz"], 4, f"{where}: quaternion_wxyz")
+        q = numbers(entry["quaternion_wxyz"], (4,), f"{where}: quaternion_wxyz")
         if np.linalg.norm(q) < 1e-6:
             raise InputError(f"{where}: quaternion_wxyz should not be zero")
         q = quat_normalize(q)
     direction, length = up, CABLE_LENGTH
     if "cable_direction" in entry:
-        direction = numbers(entry["cable_direction"], 3, f"{where}: cable_direction")
+        direction = numbers(entry["cable_direction"], (3,), f"{where}: cable_direction")
     if "quadrotor" in entry:
-        direction = numbers(entry["quadrotor"], 3, f"{where}: quadrotor") - position
+        direction = numbers(entry["quadrotor"], (3,), f"{where}: quadrotor") - position
         length = float(np.linalg.norm(direction))
     if "cable_length" in entry:
-        length = float(numbers([entry["cable_length"]], 1, f"{where}: cable_length")[0])
+        length = number(entry["cable_length"], f"{where}: cable_length")
     return {
         "position": position,
         "axis": axis,

@@ -9,8 +9,8 @@ import numpy as np
 
 from drake_aerial import model_files
 from drake_aerial.errors import InputError
-from drake_aerial.learning.strict_keys import numbers, strict
 from drake_aerial.perception.point_cloud import PointCloud
+from drake_aerial.strict_yaml import check_keys, number, numbers
 
 _SOURCES = ("file", "mesh", "box")
 _VIEWS = ("full", "top", "partial")
@@ -34,15 +34,15 @@ def read_cloud(values: Any, path: Path) -> PointCloud:
     """
     where = f"{path}: cloud"
     optional = (*_SOURCES, "view", "viewpoint", "up", "scale", "noise", "seed", "samples")
-    strict(values, where, required=(), optional=optional)
+    check_keys(values, where, required=(), optional=optional)
     given = [source for source in _SOURCES if source in values]
     if len(given) != 1:
         raise InputError(f"{where}: give exactly one of {', '.join(_SOURCES)}, got {', '.join(given) or 'none'}")
-    viewpoint = numbers(values["viewpoint"], 3, f"{where}: viewpoint") if "viewpoint" in values else None
-    up = numbers(values.get("up", [0.0, 0.0, 1.0]), 3, f"{where}: up")
-    samples = int(numbers([values.get("samples", 20000)], 1, f"{where}: samples")[0])
-    noise = float(numbers([values.get("noise", 0.0)], 1, f"{where}: noise")[0])
-    rng = np.random.default_rng(int(numbers([values.get("seed", 0)], 1, f"{where}: seed")[0]))
+    viewpoint = numbers(values["viewpoint"], (3,), f"{where}: viewpoint") if "viewpoint" in values else None
+    up = numbers(values.get("up", [0.0, 0.0, 1.0]), (3,), f"{where}: up")
+    samples = int(number(values.get("samples", 20000), f"{where}: samples"))
+    noise = number(values.get("noise", 0.0), f"{where}: noise")
+    rng = np.random.default_rng(int(number(values.get("seed", 0), f"{where}: seed")))
     view = values.get("view", "full")
     if view not in _VIEWS:
         raise InputError(f"{where}: view should be one of {', '.join(_VIEWS)}, got {view!r}")
@@ -70,14 +70,14 @@ def _mesh(values: dict[str, Any], source: str, where: str, path: Path) -> Any:
     import trimesh
 
     if source == "box":
-        size = numbers(values["box"], 3, f"{where}: box")
+        size = numbers(values["box"], (3,), f"{where}: box")
         if not np.all(size > 0.0):
             raise InputError(f"{where}: box should be three positive sizes in metres, got {size.tolist()}")
         mesh = trimesh.creation.box(extents=size)
     else:
         file = _mesh_file(str(values["mesh"]), where, path)
         mesh = trimesh.load(file, force="mesh")
-    scale = float(numbers([values.get("scale", 1.0)], 1, f"{where}: scale")[0])
+    scale = number(values.get("scale", 1.0), f"{where}: scale")
     if not scale > 0.0:
         raise InputError(f"{where}: scale should be positive, got {scale}")
     mesh.apply_scale(scale)

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_aerial import geometry, model_files
+from drake_aerial import geometry, model_files, strict_yaml
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, Pose
-from drake_aerial.plant import triangles, yaml_reader
+from drake_aerial.plant import triangles
 from drake_aerial.plant.mass_properties import SolidProperties, check_inertia, is_closed, solid_properties
 
 TABLE_MASS = 0.25
@@ -20,7 +20,7 @@ TABLE_MASS = 0.25
 TABLE_INERTIA = (0.006, 0.0059, 0.0107)
 """Principal moments of the paper's parameter table [kg m^2]; its J_zz is printed as 0.107, which no body has."""
 
-_KEYS = ("name", "description", "mesh", "box", "scale", "mass", "com", "inertia", "pose")
+_KEYS = ("name", "description", "mesh", "box", "scale", "com", "inertia", "pose")
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ class Payload:
     def __post_init__(self) -> None:
         if not (np.isfinite(self.mass) and self.mass > 0.0):
             raise InputError(f"the payload's mass is {self.mass!r} kg; a positive number accepted")
-        com = yaml_reader.numbers(self.com, (3,), "the payload's com")
+        com = strict_yaml.numbers(self.com, (3,), "the payload's com")
         object.__setattr__(self, "com", com)
         object.__setattr__(self, "inertia", check_inertia(self.inertia, "the payload's inertia"))
 
@@ -71,7 +71,8 @@ class Payload:
             For a missing file, an unknown key (the nearest known one is named) or an impossible value.
         """
         path = model_files.find("payloads", name_or_path)
-        data = yaml_reader.read_mapping(path, _KEYS, ("mass",))
+        data = strict_yaml.read_mapping(path)
+        strict_yaml.check_keys(data, str(path), required=("mass",), optional=_KEYS)
         if ("mesh" in data) == ("box" in data):
             raise InputError(f"{path}: one of the keys 'mesh' and 'box' must be given")
         given: dict[str, Any] = {
@@ -80,12 +81,12 @@ class Payload:
             "inertia": data.get("inertia"),
             "X_SP": _pose(data.get("pose"), path),
         }
-        mass = float(yaml_reader.numbers(data["mass"], (), f"{path}: mass"))
-        scale = float(yaml_reader.numbers(data.get("scale", 1.0), (), f"{path}: scale"))
+        mass = strict_yaml.number(data["mass"], f"{path}: mass")
+        scale = strict_yaml.number(data.get("scale", 1.0), f"{path}: scale")
         if scale <= 0.0:
             raise InputError(f"{path}: scale is {scale:g}; a positive number accepted")
         if "box" in data:
-            size = yaml_reader.numbers(data["box"], (3,), f"{path}: box")
+            size = strict_yaml.numbers(data["box"], (3,), f"{path}: box")
             return cls.from_box(scale * size, mass, **given)
         return cls.from_mesh(_mesh_path(str(data["mesh"]), path), mass, scale=scale, **given)
 
@@ -101,7 +102,7 @@ class Payload:
         X_SP: Pose | None = None,
     ) -> Payload:
         """Return a box of full edges `size` (3,) [m] centred on P; uniform density unless com or inertia is given."""
-        size = yaml_reader.numbers(size, (3,), "the box's size")
+        size = strict_yaml.numbers(size, (3,), "the box's size")
         if (size <= 0.0).any():
             raise InputError(f"the box's size is {size.tolist()} m; three positive edges accepted")
         vertices, faces = triangles.box(size)
@@ -253,9 +254,9 @@ def _pose(value: Any, path: Path) -> Pose:
         return geometry.identity()
     if not isinstance(value, dict):
         raise InputError(f"{path}: pose is {value!r}; position and quaternion_wxyz accepted")
-    yaml_reader.check_keys(value, ("position", "quaternion_wxyz"), (), f"{path}: pose")
-    p = yaml_reader.numbers(value.get("position", [0, 0, 0]), (3,), f"{path}: pose: position")
-    q = yaml_reader.numbers(value.get("quaternion_wxyz", [1, 0, 0, 0]), (4,), f"{path}: pose: quaternion_wxyz")
+    strict_yaml.check_keys(value, f"{path}: pose", optional=("position", "quaternion_wxyz"))
+    p = strict_yaml.numbers(value.get("position", [0, 0, 0]), (3,), f"{path}: pose: position")
+    q = strict_yaml.numbers(value.get("quaternion_wxyz", [1, 0, 0, 0]), (4,), f"{path}: pose: quaternion_wxyz")
     if abs(np.linalg.norm(q) - 1.0) > 1e-3:
         raise InputError(f"{path}: pose: quaternion_wxyz has norm {np.linalg.norm(q):.4g}; a unit one accepted")
     return Pose(p, geometry.quat_normalize(q))

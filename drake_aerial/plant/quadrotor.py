@@ -14,9 +14,9 @@ from pydrake.multibody.tree import ModelInstanceIndex, RigidBody, SpatialInertia
 from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
 from pydrake.systems.primitives import Saturation
 
+from drake_aerial import strict_yaml
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
-from drake_aerial.plant import yaml_reader
 from drake_aerial.plant.mass_properties import check_inertia
 from drake_aerial.plant.scene import contact_properties
 
@@ -66,10 +66,11 @@ class QuadrotorParameters:
         """
         path = Path(path)
         known = {f.name: (3,) if f.name == "inertia" else () for f in fields(cls)}
-        data = yaml_reader.read_mapping(path, known)
+        data = strict_yaml.read_mapping(path)
+        strict_yaml.check_keys(data, str(path), optional=known)
         given: dict[str, Any] = {}
         for key, value in data.items():
-            array = yaml_reader.numbers(value, known[key], f"{path}: {key}")
+            array = strict_yaml.numbers(value, known[key], f"{path}: {key}")
             given[key] = tuple(array.tolist()) if array.ndim else float(array)
         return cls(**given)
 

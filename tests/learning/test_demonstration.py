@@ -73,7 +73,7 @@ def test_noise_is_seeded(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (BOX + GRIPPER + "gripers: 1\n", "unknown key 'gripers'; did you mean 'grippers'"),
+        (BOX + GRIPPER + "gripers: 1\n", "unknown key 'gripers' (did you mean 'grippers'"),
         (BOX + "grippers: [{posit: [0, 0, 0]}]\n", "did you mean 'position'"),
         (BOX + "grippers: [{}]\n", "'position' is missing"),
         (BOX, "'grippers' is missing"),

@@ -137,7 +137,7 @@ def test_reading_is_strict(tmp_path):
         ("box: [1, 1, 1]\n", "'mass' is missing"),
         ("mass: 0.3\n", "'mesh' and 'box'"),
         ("box: [1, 1]\nmass: 0.3\n", "box"),
-        ("box: [1, 1, 1]\nmass: heavy\n", "mass is 'heavy'"),
+        ("box: [1, 1, 1]\nmass: heavy\n", "mass should be a finite number, got 'heavy'"),
         ("mesh: none.obj\nmass: 0.3\n", "no mesh file"),
         ("box: [1, 1, 1]\nmass: 0.3\npose: {quaternion_wxyz: [1, 1, 0, 0]}\n", "norm"),
         ("- 1\n", "mapping"),
