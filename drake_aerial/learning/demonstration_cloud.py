@@ -107,5 +107,4 @@ def _partial(
         raise InputError(f"{where}: the view 'partial' needs a viewpoint [x, y, z] in metres")
     from drake_aerial.perception.views import partial_view
 
-    cloud = partial_view(mesh, viewpoint, noise=noise, rng=rng)
-    return PointCloud.read(cloud.points, viewpoint=viewpoint, up=up)
+    return partial_view(mesh, viewpoint, noise=noise, rng=rng, up=up)

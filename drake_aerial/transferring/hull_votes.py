@@ -14,6 +14,7 @@ from drake_aerial.learning.hull import HorizontalHull
 from drake_aerial.learning.skill import ContactSkill
 from drake_aerial.learning.task_model import draw_by, gravity_saliency, horizontal_direction
 from drake_aerial.perception.surface_features import SurfaceFeatures
+from drake_aerial.transferring.cuts import Cuts
 from drake_aerial.transferring.grid_density import GridDensity
 from drake_aerial.transferring.parameters import TransferParameters
 
@@ -32,8 +33,10 @@ class GravityFeatures:
         Size of the descriptor: |r1|, or an edge's for a rim.
     depth : (N,) array
         Relative depth xi = t . (p - m) / h(t) in the hull.
-    support, width : (N,) arrays
-        The hull's support along t and width along e [m].
+    support : (N,) array
+        The hull's support along t [m].
+    length, width : (N,) arrays
+        The hull's widths along t and along e [m].
     """
 
     p: Array
@@ -41,6 +44,7 @@ class GravityFeatures:
     strength: Array
     depth: Array
     support: Array
+    length: Array
     width: Array
 
     @classmethod
@@ -50,8 +54,8 @@ class GravityFeatures:
         p = features.p[:, :2]
         support = np.maximum(hull.support(t), 1e-6)
         depth = np.sum(t * (p - hull.centroid), axis=1) / support
-        width = np.maximum(hull.width(turned(t)), 1e-6)
-        return cls(p, t, features.saliency, depth, support, width)
+        length, width = np.maximum(hull.width(t), 1e-6), np.maximum(hull.width(turned(t)), 1e-6)
+        return cls(p, t, features.saliency, depth, support, length, width)
 
 
 def turned(t: Array) -> Array:
@@ -71,6 +75,9 @@ class HullVotes:
         Features of the new cloud, in its canonical frame N (z up).
     hull : HorizontalHull
         The new cloud's hull in N.
+    cuts : Cuts
+        Where the scan is cut off. The supports there are lower bounds: the demonstrated proportions complete them,
+        and the cut's own rim does not vote. Used with `support`.
     scale : str
         `support`, `area` or `rigid`.
     parameters : TransferParameters
@@ -98,18 +105,22 @@ class HullVotes:
         skill: ContactSkill,
         features: SurfaceFeatures,
         hull: HorizontalHull,
+        cuts: Cuts,
         scale: str,
         parameters: TransferParameters,
         rng: np.random.Generator,
     ):
         self.scale = scale
-        drawn = draw_by(gravity_saliency(features), parameters.voters, rng)
+        saliency = gravity_saliency(features)
+        if scale == "support":
+            saliency = np.where(features.rim & cuts.towards(horizontal_direction(features)[0]), 0.0, saliency)
+        drawn = draw_by(saliency, parameters.voters, rng)
         new = GravityFeatures.of(features.take(drawn), hull)
         old = GravityFeatures.of(skill.task.salient, skill.hull)
         X = skill.X_NG.p.mean(axis=0)[:2]
         along = np.sum(old.t * (X - old.p), axis=1)
         across = np.sum(turned(old.t) * (X - old.p), axis=1)
-        ratio_t, ratio_e = _ratios(scale, new, old, hull, skill.hull)
+        ratio_t, ratio_e, depth = _ratios(scale, new, old, hull, skill.hull, cuts)
         # Every demonstrated feature j against every voter a: arrays (A, J).
         p = (
             new.p[:, None]
@@ -117,9 +128,9 @@ class HullVotes:
             + turned(new.t)[:, None] * (ratio_e * across)[..., None]
         )
         log_weight = -0.5 * ((new.strength[:, None] - old.strength) / parameters.vote_descriptor) ** 2
-        log_weight = log_weight - 0.5 * ((new.depth[:, None] - old.depth) / parameters.vote_depth) ** 2
+        log_weight = log_weight - 0.5 * ((depth - old.depth) / parameters.vote_depth) ** 2
         # The same object in another size and aspect: stretched along t about as much as along e.
-        stretch = np.log(new.support[:, None] / old.support) - np.log(new.width[:, None] / old.width)
+        stretch = np.log(ratio_t / ratio_e)
         log_weight = log_weight - 0.5 * (stretch / parameters.vote_aspect) ** 2
         self.positions = p.reshape(-1, 2)
         self.weights = np.exp(log_weight).ravel()
@@ -157,11 +168,25 @@ def _angle(t: Array) -> Array:
 
 
 def _ratios(
-    scale: str, new: GravityFeatures, old: GravityFeatures, hull: HorizontalHull, hull_old: HorizontalHull
-) -> tuple[Array, Array]:
-    """Return the factors (A, J) of offsets along t and along e."""
-    if scale == "support":
-        return new.support[:, None] / old.support, new.width[:, None] / old.width
-    factor = np.sqrt(hull.area / hull_old.area) if scale == "area" else 1.0
-    ones = np.full((len(new.p), len(old.p)), factor)
-    return ones, ones
+    scale: str,
+    new: GravityFeatures,
+    old: GravityFeatures,
+    hull: HorizontalHull,
+    hull_old: HorizontalHull,
+    cuts: Cuts,
+) -> tuple[Array, Array, Array]:
+    """Return the factors of offsets along t and along e, and the voters' relative depths, each (A, J)."""
+    depth = np.broadcast_to(new.depth[:, None], (len(new.p), len(old.p)))
+    if scale != "support":
+        factor = np.sqrt(hull.area / hull_old.area) if scale == "area" else 1.0
+        return np.full(depth.shape, factor), np.full(depth.shape, factor), depth
+    along, across = new.support[:, None] / old.support, new.width[:, None] / old.width
+    if not cuts:
+        return along, across, depth
+    behind = cuts.towards(-new.t)[:, None]
+    beside = (cuts.towards(turned(new.t)) | cuts.towards(-turned(new.t)))[:, None]
+    completed_along = np.where(behind & ~beside, np.maximum(along, across), along)
+    completed_across = np.where(beside & ~behind, np.maximum(across, new.length[:, None] / old.length), across)
+    # Depth is counted from the near side, which the scan does show.
+    gap = (1.0 - depth) * new.support[:, None]
+    return completed_along, completed_across, 1.0 - gap / (completed_along * old.support)

@@ -17,6 +17,7 @@ from drake_aerial.perception.point_cloud import PointCloud
 from drake_aerial.perception.surface_features import SurfaceFeatures, compute_features
 from drake_aerial.transferring.annealing import anneal
 from drake_aerial.transferring.baseline import centroid_contacts
+from drake_aerial.transferring.cuts import Cuts
 from drake_aerial.transferring.evidence import Evidence
 from drake_aerial.transferring.feasibility import reasons_against
 from drake_aerial.transferring.hull_votes import HullVotes
@@ -25,7 +26,6 @@ from drake_aerial.transferring.local_surface import LocalSurface
 from drake_aerial.transferring.paper_votes import paper_votes
 from drake_aerial.transferring.parameters import METHODS, TransferParameters
 from drake_aerial.transferring.query_density import NormalisedQuery, Query, ResampledQuery, draw_candidates
-from drake_aerial.transferring.scale_choice import choose_scale
 from drake_aerial.transferring.selection import distinct
 from drake_aerial.transferring.solutions import ContactSolutions, Solution
 from drake_aerial.transferring.starts import draw_starts
@@ -100,7 +100,7 @@ def transfer(
         report(0.2, "query density")
         # Where the surface looks like the contact, and where the votes would have it.
         streams = np.random.default_rng(seed).spawn(3)
-        evidence = query(skill, features, hull, X_SN, method, parameters, streams[0])
+        evidence = query(skill, features, hull, X_SN, cloud_N.viewpoint, method, parameters, streams[0])
         assert evidence.likelihood is not None
         starts = draw_starts(evidence.likelihood, parameters, streams[1])
         clock.append(time.perf_counter())
@@ -139,6 +139,7 @@ def query(
     features: SurfaceFeatures,
     hull: HorizontalHull,
     X_SN: Pose,
+    viewpoint: Array | None,
     method: str,
     parameters: TransferParameters,
     rng: np.random.Generator,
@@ -152,10 +153,9 @@ def query(
     vote_rng, *gripper_rngs = rng.spawn(len(skill) + 1)
     votes, scale = None, "rigid"
     if votes_kind == "hull":
-        scale = parameters.scale
-        if scale == "auto":
-            scale = choose_scale(skill, features, hull, parameters)
-        votes = HullVotes(skill, features, hull, scale, parameters, vote_rng)
+        cuts = Cuts.find(features, hull, viewpoint) if parameters.scale == "auto" else Cuts.none()
+        scale = "support" if parameters.scale == "auto" else parameters.scale
+        votes = HullVotes(skill, features, hull, cuts, scale, parameters, vote_rng)
     size_ratio = float(np.sqrt(hull.area / skill.hull.area))
     queries: list[Query] = []
     for n, gripper_rng in enumerate(gripper_rngs):

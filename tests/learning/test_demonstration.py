@@ -4,7 +4,10 @@ import re
 
 import numpy as np
 import pytest
+import trimesh
+from scipy.spatial import cKDTree
 
+from drake_aerial import model_files
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import axis_of
 from drake_aerial.learning.demonstration import Demonstration
@@ -36,6 +39,19 @@ def test_edge_is_close_to_one_edge():
     gap = np.array([0.34, 0.305]) - np.abs(edge.grippers.p[0, :2])
     assert gap.min() < 0.06
     assert gap.max() > 0.2
+
+
+def test_curved_is_above_the_centroid_of_a_teapot_seen_from_one_side():
+    curved = Demonstration.read("curved")
+    teapot = trimesh.load(model_files.models_dir() / "meshes" / "teapot.obj", force="mesh")
+    np.testing.assert_allclose(curved.grippers.p[0, :2], teapot.center_mass[:2], atol=0.002)
+    assert np.linalg.norm(curved.cloud.points - curved.grippers.p[0], axis=1).min() < 0.005
+    np.testing.assert_allclose(curved.cloud.viewpoint, [0.6, -0.5, 0.9])
+    distance, _ = cKDTree(teapot.vertices).query(curved.cloud.points)
+    assert distance.max() < 0.01
+    # Of the vertices, about half are near a point that was seen.
+    seen, _ = cKDTree(curved.cloud.points).query(teapot.vertices)
+    assert 0.3 < np.mean(seen < 0.01) < 0.7
 
 
 def test_defaults_and_directions(tmp_path):
