@@ -48,8 +48,8 @@ def test_curved_is_above_the_centroid_of_a_teapot_seen_from_one_side():
     assert np.linalg.norm(curved.cloud.points - curved.grippers.p[0], axis=1).min() < 0.005
     np.testing.assert_allclose(curved.cloud.viewpoint, [0.6, -0.5, 0.9])
     distance, _ = cKDTree(teapot.vertices).query(curved.cloud.points)
-    assert distance.max() < 0.01
-    # Of the vertices, about half are near a point that was seen.
+    assert distance.max() < 0.015
+    # About half of the vertices are near a point that was seen.
     seen, _ = cKDTree(curved.cloud.points).query(teapot.vertices)
     assert 0.3 < np.mean(seen < 0.01) < 0.7
 
