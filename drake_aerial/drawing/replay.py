@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -43,7 +44,14 @@ def write_replay(path: str | Path, result: TrialResult, *, title: str = "Flight"
     """
     from pydrake.geometry import Meshcat, MeshcatParams
 
-    meshcat = Meshcat(MeshcatParams(show_stats_plot=False))
+    # Drake logs the address of a server that nobody is going to visit.
+    log = logging.getLogger("drake")
+    level = log.level
+    log.setLevel(logging.WARNING)
+    try:
+        meshcat = Meshcat(MeshcatParams(show_stats_plot=False))
+    finally:
+        log.setLevel(level)
     try:
         _set_scene(meshcat, result)
         _record(meshcat, result)

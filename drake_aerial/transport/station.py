@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydrake.common.eigen_geometry import Quaternion
 from pydrake.common.value import AbstractValue
 from pydrake.math import RigidTransform
 from pydrake.multibody.math import SpatialVelocity
@@ -17,7 +18,7 @@ from drake_aerial.control.allocation import Allocation
 from drake_aerial.control.attitude import AttitudeController
 from drake_aerial.control.trajectory import Trajectory
 from drake_aerial.errors import InputError
-from drake_aerial.geometry import Array
+from drake_aerial.geometry import Array, quat_from_two_vectors
 from drake_aerial.plant.cable import CableParameters, add_cable, check_elastic_step, tension_matrix
 from drake_aerial.plant.cable_forces import connect_cables
 from drake_aerial.plant.gripper import GripperParameters, add_gripper
@@ -52,6 +53,8 @@ class StationParameters:
     """Whether cable directions are measured on their own, or inferred from the noisy payload position."""
     initial_slack: float = 0.05
     """How much closer to its contact than the cable's length a quadrotor starts [m]."""
+    airborne_height: float = 1.0
+    """How high a payload starts that does not start on the ground [m]."""
 
 
 class TransportStation(Diagram):
@@ -179,10 +182,11 @@ class TransportStation(Diagram):
             self._logs[name] = sink
 
     def place(self, context: Context, *, seed: int = 0, reference: Trajectory | None = None) -> Trajectory | None:
-        """Set up a trial in a fresh context: everything at rest, the payload on the ground, the quadrotors above their contacts.
+        """Set up a trial in a fresh context, at rest, with L's origin above the world's.
 
-        L's origin is above the world's; each quadrotor hangs in the air straight above its contact, its cable slack by
-        `initial_slack`.
+        The payload stands on the ground and each quadrotor is in the air straight above its contact, its cable slack by
+        `initial_slack`; or, for a reference that does not begin on the ground, the payload hangs level (from one cable: as it comes to
+        rest) at `airborne_height` over where it would stand, its cables taut and vertical.
 
         Parameters
         ----------
@@ -191,26 +195,38 @@ class TransportStation(Diagram):
         seed : int
             Of the measurement noise.
         reference : Trajectory, optional
-            Fixed to the port `controller.reference`, moved so that it starts where the payload rests.
+            Fixed to the port `controller.reference`, moved so that it starts where the payload is.
 
         Returns
         -------
         The moved trajectory, or None.
         """
-        plant_context = self.plant.GetMyMutableContextFromRoot(context)
-        p_WL = np.array([0.0, 0.0, self.payload_body.rest_height])
-        above = (self.parameters.cable.length - self.parameters.initial_slack) * np.array([0.0, 0.0, 1.0])
-        poses = [(self.payload_body.body, p_WL)]
-        poses += [(q.body, p_WL + c + above) for q, c in zip(self.quadrotors, self.p_LC, strict=True)]
-        for body, position in poses:
-            self.plant.SetFreeBodyPose(plant_context, body, RigidTransform(position))
-            self.plant.SetFreeBodySpatialVelocity(plant_context, body, SpatialVelocity(np.zeros(3), np.zeros(3)))
+        plant, plant_context = self.plant, self.plant.GetMyMutableContextFromRoot(context)
+        airborne = reference is not None and bool(reference.phases) and reference.phases[0].name != "ground"
+        parameters = self.parameters
+        X_WL = RigidTransform([0.0, 0.0, self.payload_body.rest_height])
+        reach = np.full(self.n, parameters.cable.length - parameters.initial_slack)
+        if airborne:
+            mass, com, _ = suspended_properties(self.payload, self.p_LC, parameters.gripper)
+            X_WL = RigidTransform(X_WL.translation() + [0.0, 0.0, parameters.airborne_height])
+            if self.n == 1:
+                q = quat_from_two_vectors(_unit(com - self.p_LC[0]), [0.0, 0.0, -1.0])
+                X_WL = RigidTransform(Quaternion(q), X_WL.translation())
+            reach = np.full(self.n, parameters.cable.length)
+            if parameters.cable.kind == "elastic":
+                reach += mass * GRAVITY / (self.n * parameters.cable.stiffness)
+        poses = [(self.payload_body.body, X_WL)]
+        for quadrotor, contact, height in zip(self.quadrotors, self.p_LC, reach, strict=True):
+            poses.append((quadrotor.body, RigidTransform(X_WL @ contact + [0.0, 0.0, height])))
+        for body, pose in poses:
+            plant.SetFreeBodyPose(plant_context, body, pose)
+            plant.SetFreeBodySpatialVelocity(plant_context, body, SpatialVelocity(np.zeros(3), np.zeros(3)))
         for cable in self.cables:
-            cable.place(self.plant, plant_context)
+            cable.place(plant, plant_context)
         self.perception.set_seed(self.perception.GetMyMutableContextFromRoot(context), seed)
         if reference is None:
             return None
-        moved = reference.starting_at(p_WL)
+        moved = reference.starting_at(X_WL.translation())
         self.GetInputPort("controller.reference").FixValue(context, AbstractValue.Make(moved))
         return moved
 
@@ -250,6 +266,11 @@ def make_transport_station(
         If the propellers cannot lift the weight, the elastic cables' step is unstable, or a parameter is bad.
     """
     return TransportStation(payload, p_LC, normal_L, controller, parameters or StationParameters())
+
+
+def _unit(vector: Array) -> Array:
+    size = float(np.linalg.norm(vector))
+    return vector / size if size > 1e-9 else np.array([0.0, 0.0, -1.0])
 
 
 def _check(payload: Payload, contacts: Array, parameters: StationParameters) -> None:

@@ -148,9 +148,10 @@ def read_scan(cloud: dict[str, Any], beside: Path | None, *, needed: bool) -> Po
     found = next((candidate for candidate in candidates if candidate.is_file()), None)
     if found is None:
         if needed:
-            raise InputError(
-                f"the scan {path!r} that the contacts were found on is not there; give it as cloud, or give a payload"
+            where = (
+                f"the scan {path} that the contacts were found on is not there" if path else "the contacts name no scan"
             )
+            raise InputError(f"{where}: give the scan as cloud, or a payload")
         return None
     scan = PointCloud.read(found, up=cloud.get("up", (0.0, 0.0, 1.0)))
     if cloud.get("sha256") and scan.sha256 != cloud["sha256"]:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from drake_aerial import model_files
 from drake_aerial.errors import InputError
 from drake_aerial.plant.quadrotor import QuadrotorParameters
 
@@ -33,6 +34,10 @@ def test_each_propeller_keeps_its_limits(rig, command, speed):
     r.simulator.AdvanceTo(0.002)
     thrust = P.thrust_coefficient * (speed**2 + 3 * hover)
     assert r.state("quadrotor")[12] / 0.002 == pytest.approx(thrust / P.mass - 9.81, rel=1e-6)
+
+
+def test_the_shipped_file_says_what_the_defaults_are():
+    assert QuadrotorParameters.read(model_files.models_dir() / "quadrotor" / "dragonfly.yaml") == P
 
 
 def test_reading(tmp_path):

@@ -6,14 +6,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drake_aerial.control.trajectory import TransportTrajectory
+from drake_aerial.control.observation import PositionFilter
+from drake_aerial.control.trajectory import HoverTrajectory, TransportTrajectory
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Pose
 from drake_aerial.plant.cable import CableParameters
 from drake_aerial.plant.gripper import GripperParameters
-from drake_aerial.plant.payload import Payload
+from drake_aerial.plant.payload import TABLE_INERTIA, Payload
 from drake_aerial.transferring.solutions import ContactSolutions, Solution
 from drake_aerial.transport.station import StationParameters
+from drake_aerial.transport.suspension import Suspension
 from drake_aerial.transport.trial import Flight, fly, prepare_flight
 from drake_aerial.transport.trial_result import TrialResult
 
@@ -117,6 +119,44 @@ def test_a_bad_contact_hangs_below_it(hang, quick):
     assert m["outcome"] == "completed"
     assert m["tilt_mean_rad"] == pytest.approx(np.arctan2(0.2, 0.14), abs=0.1)
     assert m["position_rmse_m"] < 0.012
+
+
+@pytest.mark.parametrize("cable", ["inextensible", "elastic"])
+def test_a_reference_in_the_air_starts_in_the_air(hang, cable):
+    parameters = StationParameters(cable=CableParameters(cable))
+    hover = HoverTrajectory(hover_time=2.0)
+    result = Flight(hang(0.1), belief="true", trajectory=hover, parameters=parameters).run()
+    s = result.series
+    assert result.outcome == "completed"
+    assert list(result.metrics["phases"]) == ["hover"]
+    assert s["tilt"][0] == pytest.approx(np.arctan2(0.1, 0.14), abs=0.03)
+    assert result.metrics["position_max_m"] < 0.01
+    assert np.ptp(s["tilt"]) < 0.05
+
+
+def test_three_quadrotors_share_the_load(box, quick):
+    triangle = np.array([[-0.154, -0.267, 0.14], [0.308, 0.0, 0.14], [-0.154, 0.267, 0.14]])
+    suspension = Suspension.hang(box, triangle, [[0, 0, 1]] * 3)
+    m = Flight(suspension, belief="true", trajectory=quick).run().metrics
+    assert m["outcome"] == "completed"
+    assert m["position_rmse_m"] < 0.008
+    assert m["attitude_rmse_rad"] < 0.02
+    assert m["slack_fraction"] == 0.0
+
+
+def test_the_geometric_law_errs_as_in_an_independent_simulator():
+    # Three quadrotors, exact state, 100 Hz, a circle at constant rate from rest: 0.1378 m there.
+    grippers = [(-0.154, -0.267, 0.011), (0.308, 0.0, 0.011), (-0.154, 0.267, 0.011)]
+    plate = Payload.from_box([0.68, 0.61, 0.022], inertia=TABLE_INERTIA)
+    flight = Flight(
+        Suspension.hang(plate, grippers, [[0, 0, 1]] * 3),
+        belief="true",
+        controller="geometric",
+        trajectory=TransportTrajectory.airborne(timing="constant", hover_time=0.0),
+        parameters=StationParameters(noise=0.0, perception_period=0.01),
+        controller_options={"period": 0.01, "position_filter": PositionFilter(0.0, 0.0)},
+    )
+    assert flight.run().metrics["position_rmse_m"] == pytest.approx(0.1378, rel=0.05)
 
 
 def test_from_contacts_and_back_from_its_files(quick, tmp_path):
