@@ -55,7 +55,7 @@ def test_a_flight_completes(hang, quick, controller, cable):
     assert np.sqrt(np.mean(error[s["phase"] >= 4] ** 2)) == pytest.approx(m["position_rmse_m"])
 
 
-@pytest.mark.parametrize("controller", ["geometric_ff"])
+@pytest.mark.parametrize("controller", ["mpc", "geometric_ff"])
 def test_same_seed_same_bytes_and_another_seed_another_flight(hang, quick, tmp_path, controller):
     short = replace(quick, hover_time=0.0, circle_time=1.0, turns=0.05)
     flight = Flight(hang(0.05), controller=controller, belief="true", trajectory=short)
