@@ -43,9 +43,7 @@ def rotation_concentration(sigma: float) -> float:
 
 
 def axis_concentration(sigma: float) -> float:
-    """Return the concentration 1 / sigma^2 of the axial kernel, of exponent kappa cos(angle); sigma in
-    rad.
-    """
+    """Return the concentration 1 / sigma^2 of the axial kernel, of exponent kappa cos(angle); sigma in rad."""
     return 1.0 / sigma**2
 
 

@@ -73,17 +73,13 @@ class SurfaceDensity:
         return len(self.weights)
 
     def log_density(self, pose: Pose, descriptor: ArrayLike) -> Array:
-        """Return the log-density (...) at features of poses p (..., 3), q (..., 4) and descriptors (...,
-        2).
-        """
+        """Return the log-density (...) at features of poses p (..., 3), q (..., 4) and descriptors (..., 2)."""
         points, coefficients, log_norm = self._lifted(pose, descriptor)
         weights = np.concatenate([self.weights, self.weights])[:, None]
         sums = log_weighted_sums(points, coefficients, weights)[:, 0] + log_norm
         return sums.reshape(np.shape(pose.p)[:-1])
 
-    def log_density_and_gradient(
-        self, pose: Pose, descriptor: ArrayLike
-    ) -> tuple[Array, Array, Array, Array]:
+    def log_density_and_gradient(self, pose: Pose, descriptor: ArrayLike) -> tuple[Array, Array, Array, Array]:
         """Return the log-density and its gradients at features.
 
         Returns

@@ -141,9 +141,7 @@ class ConfigurationModel:
         return terms.sum(axis=-1)
 
     def quadrotors_over(self, X_NG: Pose) -> Pose:
-        """Return quadrotor poses X_NQ (..., n), level, each on its taut cable in the demonstrated
-        direction.
-        """
+        """Return quadrotor poses X_NQ (..., n), level, each on its taut cable in the demonstrated direction."""
         _, yaw = self.formation_frames(X_NG)
         q = quat_about_axis(_Z, yaw)[..., None, :]
         p = X_NG.p + rotate(q, self.cable_direction * self.cable_length[:, None])

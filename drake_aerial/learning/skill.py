@@ -73,9 +73,7 @@ class ContactSkill:
         return len(self.objects)
 
     def to_bytes(self) -> bytes:
-        """Return the skill as an .npz archive without pickled objects; the same skill gives the same
-        bytes.
-        """
+        """Return the skill as an .npz archive without pickled objects; the same skill gives the same bytes."""
         c = self.configuration
         metadata = {
             "label": self.label,

@@ -79,8 +79,7 @@ def gravity_saliency(features: SurfaceFeatures) -> Array:
 
 
 def draw_by(weight: Array, count: int, rng: np.random.Generator) -> np.ndarray:
-    """Draw `count` indices with probability proportional to `weight` (N,), systematically: sorted, with
-    repeats.
+    """Draw `count` indices, sorted and with repeats, with probability proportional to `weight` (N,).
 
     Systematic draws spread evenly along the features' canonical order, so that no side is left out by chance.
     """

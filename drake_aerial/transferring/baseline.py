@@ -11,8 +11,7 @@ from drake_aerial.transferring.local_surface import LocalSurface
 
 
 def centroid_contacts(configuration: ConfigurationModel, hull: HorizontalHull, surface: LocalSurface) -> Pose:
-    """Return one configuration of grippers X_NG, batch (1, n), with the formation's origin over the hull's
-    centroid.
+    """Return one configuration of grippers X_NG, batch (1, n), its origin over the hull's centroid.
 
     One gripper is set on the topmost surface there. Several keep the demonstrated layout, at its own size
     and with the new cloud's canonical yaw; each is set on the surface above or below it.

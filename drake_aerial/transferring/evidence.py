@@ -46,9 +46,7 @@ class Evidence:
         return self.features.transformed(self.X_SN)
 
     def log_query(self, gripper: int = 0) -> Array:
-        """Return log Q_n at every feature (N,), a gripper standing on it along its normal; zeros for
-        `centroid`.
-        """
+        """Return log Q_n at every feature (N,), a gripper standing on it along its normal; zeros for `centroid`."""
         if self.likelihood is None:
             return np.zeros(len(self.features))
         return self.likelihood.queries[gripper].log_density(self.features.pose)

@@ -77,8 +77,7 @@ def _too_close(p_Q: Array, separation: float) -> list[str]:
 
 
 def load_shares(p_G: Array, p_Q: Array, centre: Array) -> Array | None:
-    """Return the parts (n,) of the weight that cables carry in a static equilibrium with the payload as it
-    lies.
+    """Return the parts (n,) of the weight that cables carry while the payload hangs at rest as it lies.
 
     Among the non-negative tensions along the cables that balance weight and moment about the believed
     centre, those with the smallest residual; None where a residual of over 2 % of weight times size remains.

@@ -64,8 +64,7 @@ def turned(t: Array) -> Array:
 
 
 class HullVotes:
-    """The votes of the new cloud's salient features, and their density V over x, y (and yaw for several
-    grippers).
+    """The votes of the new cloud's salient features, and their density V over x, y (and yaw for several grippers).
 
     Parameters
     ----------
@@ -93,6 +92,8 @@ class HullVotes:
         Their weights.
     density : GridDensity
         V.
+    scale, cuts : str and Cuts
+        As given.
 
     Raises
     ------
@@ -110,7 +111,7 @@ class HullVotes:
         parameters: TransferParameters,
         rng: np.random.Generator,
     ):
-        self.scale = scale
+        self.scale, self.cuts = scale, cuts
         saliency = gravity_saliency(features)
         if scale == "support":
             saliency = np.where(features.rim & cuts.towards(horizontal_direction(features)[0]), 0.0, saliency)

@@ -33,9 +33,7 @@ class ScalePrior:
 
     @classmethod
     def of_hulls(cls, new: HorizontalHull, old: HorizontalHull, yaw: float) -> ScalePrior:
-        """Return the mean and spread over direction of log(h_new / h_old), the old hull turned by `yaw`
-        [rad].
-        """
+        """Return the mean and spread over direction of log(h_new / h_old), the old hull turned by `yaw` [rad]."""
         angle = np.linspace(0.0, 2.0 * np.pi, 180, endpoint=False)
         t_old = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
         t_new = np.stack([np.cos(angle + yaw), np.sin(angle + yaw)], axis=-1)
@@ -86,9 +84,7 @@ class ContactLikelihood:
         return log_j
 
     def scale(self, X_NG: Pose, origin: Array, yaw: Array) -> Array:
-        """Return the formation's scale (...): closed-form Procrustes, drawn to the prior's mean by its
-        width.
-        """
+        """Return the formation's scale (...): closed-form Procrustes, drawn to the prior's mean by its width."""
         mean = np.exp(self.prior.log_mean)
         if self._spread < 1e-12:
             return np.full(np.shape(yaw), mean)

@@ -10,6 +10,8 @@ from drake_aerial.perception.surface_features import SurfaceFeatures
 
 # Neighbours that a local plane is fitted to: enough to average a scan's noise over a gripper's footprint.
 _NEIGHBOURS = 12
+# Radius of a vertical column, as a part of the features' neighbourhood.
+_COLUMN = 0.8
 
 
 class LocalSurface:
@@ -78,7 +80,8 @@ class LocalSurface:
         positions = np.empty((len(flat), 3))
         for k, at in enumerate(flat):
             square = np.sum((self.points[:, :2] - at) ** 2, axis=1)
-            column = square <= max(float(square.min()) * 1.0001, self._features.rho**2 / 9.0)
+            # Wide enough that a sparse scan has points of the top in it, not of the bottom alone.
+            column = square <= max(float(square.min()) * 1.0001, (_COLUMN * self._features.rho) ** 2)
             positions[k] = *at, self.points[column, 2].max()
         upright = np.zeros((len(flat), 4))
         upright[:, 0] = 1.0

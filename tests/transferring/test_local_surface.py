@@ -41,3 +41,10 @@ def test_above_takes_the_topmost_surface_and_the_nearest_beside_the_object():
     np.testing.assert_allclose(X.p[0], [0.05, -0.05, 0.1], atol=1e-3)
     np.testing.assert_allclose(normal[0], UP, atol=0.02)
     assert abs(X.p[1, 2]) <= 0.12
+
+
+def test_above_finds_the_top_of_a_sparse_scan():
+    surface = LocalSurface(compute_features(box_cloud([0.9, 0.45, 0.25], spacing=0.016)))
+    xy = np.random.default_rng(1).uniform(-0.15, 0.15, (60, 2))
+    X, _ = surface.above(xy)
+    np.testing.assert_allclose(X.p[:, 2], 0.125, atol=1e-3)

@@ -1,6 +1,6 @@
 """Where transferred contacts land: one table over fresh seeds, all arms beside each other.
 
-    python tools/bench/contacts.py [--rows ROW ...] [--seeds 100-109] [--scale auto] [--json FILE]
+    python tools/bench/contacts.py [--rows ROW ...] [--seeds 100-109] [--scale auto] [--json FILE] [--pictures DIR]
 
 One number per seed and arm: the median, over the best five solutions, of the distance from the right place [cm].
 A seed drives the scan (surface samples, noise, yaw, place) and the transfer. Arms: `task`, its matched control
@@ -17,15 +17,17 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 
-from drake_aerial.geometry import Pose, quat_about_axis, transform
+from drake_aerial.geometry import Pose, invert, quat_about_axis, transform
 from drake_aerial.learning.demonstration import Demonstration
 from drake_aerial.learning.learn import learn
 from drake_aerial.learning.skill import ContactSkill
 from drake_aerial.model_files import models_dir
 from drake_aerial.perception.point_cloud import PointCloud
+from drake_aerial.perception.views import partial_view
 from drake_aerial.transferring.parameters import TransferParameters
 from drake_aerial.transferring.transfer import transfer
 
@@ -77,6 +79,24 @@ def box_query(size: tuple[float, float, float], view: str = "full", noise: float
         return placed(points, rng, viewpoint)
 
     return scan
+
+
+def camera_query(mesh_of: Callable):
+    """Return a function of a generator that sees an object from one side, as a depth camera with 2 mm of noise."""
+
+    def scan(rng: np.random.Generator) -> tuple[PointCloud, Pose]:
+        bearing = rng.uniform(-np.pi, np.pi)
+        viewpoint = np.array([1.1 * np.cos(bearing), 1.1 * np.sin(bearing), 1.0])
+        cloud = partial_view(mesh_of(), viewpoint, noise=0.002, rng=rng)
+        return placed(cloud.points, rng, viewpoint)
+
+    return scan
+
+
+def box_mesh(size: tuple[float, float, float]):
+    import trimesh
+
+    return trimesh.creation.box(extents=size)
 
 
 @cache
@@ -170,6 +190,12 @@ def curved_skill(name: str) -> ContactSkill:
     return learn(Demonstration.make(cloud, at, axes=normal[None], name=name))
 
 
+@cache
+def shipped_skill(name: str) -> ContactSkill:
+    """Return the skill of a shipped demonstration."""
+    return learn(Demonstration.read(name))
+
+
 def curved_query(name: str):
     """Return a function of a generator that scans a curved object in full, with 1 mm noise."""
 
@@ -209,6 +235,15 @@ def rows() -> list[Row]:
         Row("taught full, asked top", box_skill, box_query(square, "top"), top_centre(square), target="1.5"),
         Row("5 mm noise", box_skill, box_query(square, noise=0.005), top_centre(square), target="2.0"),
     ]
+    table += [
+        Row(
+            f"one camera, {name}",
+            lambda: shipped_skill("flat"),
+            camera_query(lambda size=size: box_mesh(size)),
+            top_centre(size),
+        )
+        for name, size in (("68x68", square), ("45x35", small))
+    ]
     off = {"edge": (0.29, 0.0), "15 cm along": (0.15, 0.0), "corner": (0.21, 0.18)}
     for name, site in off.items():
         for size in (square, large):
@@ -234,6 +269,15 @@ def rows() -> list[Row]:
                 target="task closer than control >= 9/10",
             )
         )
+    table.append(
+        Row(
+            "curved to bunny, one camera",
+            lambda: shipped_skill("curved"),
+            camera_query(lambda: curved_mesh("bunny")),
+            curved_mesh("bunny").center_mass[None],
+            horizontal=True,
+        )
+    )
     for cut in ("strip", "corner"):
         for view in ("full", "top"):
             table.append(
@@ -272,6 +316,43 @@ def measure(row: Row, seed: int, method: str, scale: str) -> float:
     return float(np.median(distances))
 
 
+def draw(row: Row, seeds: list[int], scale: str, folder: Path) -> None:
+    """Draw where every seed's best contact lands, from above and from the side, beside the demonstration."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    skill = row.skill()
+    figure, axes = plt.subplots(2, 3, figsize=(12, 7))
+    clouds = [skill.points, None, None]
+    contacts = [skill.X_NG.p, [], []]
+    for seed in seeds:
+        cloud, X_SB = row.scan(np.random.default_rng(seed))
+        for k, arm in ((1, "task"), (2, "control")):
+            found = transfer(skill, cloud, method=arm, seed=seed, parameters=TransferParameters(scale=scale))
+            contacts[k].append(transform(invert(X_SB), found[0].X_SG.p.mean(axis=0)))
+        clouds[1] = clouds[2] = transform(invert(X_SB), cloud.points)
+    for k, title in enumerate(("demonstration", f"task, best of {len(seeds)} seeds each", "control: no votes")):
+        p, c = clouds[k][:: max(len(clouds[k]) // 4000, 1)], np.array(contacts[k])
+        for line, (i, j) in enumerate(((0, 1), (0, 2))):
+            ax = axes[line, k]
+            ax.scatter(p[:, i], p[:, j], s=1, c=p[:, 2], cmap="Greys_r", alpha=0.5)
+            ax.scatter(c[:, i], c[:, j], s=30, c="tab:red", edgecolor="white", zorder=3)
+            if k:
+                ax.axvline(row.sites[0, i], lw=0.7)
+                if line == 0:
+                    ax.axhline(row.sites[0, j], lw=0.7)
+            ax.set_aspect("equal")
+            ax.set_title(f"{title} ({'from above' if line == 0 else 'from the side'})", fontsize=9)
+            ax.set_xlabel("m")
+    figure.suptitle(f"{row.name}; lines: the right place")
+    figure.tight_layout()
+    folder.mkdir(parents=True, exist_ok=True)
+    figure.savefig(folder / f"{row.name.replace(' ', '_').replace(',', '')}.png", dpi=90)
+    plt.close(figure)
+
+
 def summary(values: list[float]) -> str:
     return f"{np.median(values):5.1f} [{min(values):4.1f} {max(values):5.1f}]"
 
@@ -306,6 +387,7 @@ def main() -> int:
     parser.add_argument("--arms", nargs="+", choices=ARMS, help="arms to run; all by default")
     parser.add_argument("--scale", default="auto", help="scale mode of the votes outside the cut scans")
     parser.add_argument("--json", help="write every number to this file")
+    parser.add_argument("--pictures", help="draw the rows' best contacts into this folder instead of measuring")
     parser.add_argument("--list", action="store_true", help="print the rows' names")
     options = parser.parse_args()
     if options.list:
@@ -317,7 +399,12 @@ def main() -> int:
         for row in table:
             row.arms = tuple(arm for arm in row.arms if arm in options.arms)
     first, last = (int(part) for part in options.seeds.split("-"))
-    run(table, list(range(first, last + 1)), options.scale)
+    seeds = list(range(first, last + 1))
+    if options.pictures:
+        for row in table:
+            draw(row, seeds, options.scale, Path(options.pictures))
+        return 0
+    run(table, seeds, options.scale)
     if options.json:
         with open(options.json, "w") as file:
             json.dump({row.name: row.results for row in table}, file, indent=1)
