@@ -27,6 +27,11 @@ class CondensedProblem:
         # d_k = G_k (1, u_0, ..., u_{k-1}): the first column is where the horizon goes without input.
         self.G = np.zeros((stages + 1, nx, 1 + stages * nu))
         self.H = np.zeros((stages * nu, 1 + stages * nu))
+        sizes = [1 + k * nu for k in range(stages)]
+        self._known = [self.G[k, :, :size] for k, size in enumerate(sizes)]
+        self._next = [self.G[k + 1, :, :size] for k, size in enumerate(sizes)]
+        self._new = [self.G[k + 1, :, size : size + nu] for k, size in enumerate(sizes)]
+        self._rows = [self.H[size - 1 : size - 1 + nu, : size + nu] for size in sizes]
 
     def condense(self, model: DiscreteModel, Q: Array, q: Array, R: Array, r: Array) -> tuple[Array, Array]:
         """Return the Hessian, of which the lower triangle counts, and the gradient (N nu,) at zero input.
@@ -43,24 +48,21 @@ class CondensedProblem:
         N, nu, G, H = self.N, self.nu, self.G, self.H
         A, B, c = model
         AT, BT = np.swapaxes(A, 1, 2), np.swapaxes(B, 1, 2)
-        G[1:, :, 0] = c
-        G[0, :, 0] = 0.0
-        for k in range(N):
-            size = 1 + k * nu
-            if k:
-                before = G[k + 1, :, 0].copy()
-                np.matmul(A[k], G[k, :, :size], out=G[k + 1, :, :size])
-                G[k + 1, :, 0] += before
-            G[k + 1, :, size : size + nu] = B[k]
+        self._next[0][:, 0] = c[0]
+        self._new[0][:] = B[0]
+        for k in range(1, N):
+            after = self._next[k]
+            np.matmul(A[k], self._known[k], out=after)
+            after[:, 0] += c[k]
+            self._new[k][:] = B[k]
         W = Q[N] @ G[N]
         W[:, 0] += q[N]
-        for k in range(N - 1, -1, -1):
-            size = 1 + k * nu
-            H[size - 1 : size - 1 + nu, : size + nu] = BT[k] @ W
-            if k:
-                W = AT[k] @ W[:, :size]
-                W += Q[k] @ G[k, :, :size]
-                W[:, 0] += q[k]
+        for k in range(N - 1, 0, -1):
+            np.matmul(BT[k], W, out=self._rows[k])
+            W = AT[k] @ W[:, : 1 + k * nu]
+            W += Q[k] @ self._known[k]
+            W[:, 0] += q[k]
+        np.matmul(BT[0], W, out=self._rows[0])
         hessian = H[:, 1:].copy()
         hessian.ravel()[:: N * nu + 1] += np.tile(R, N)
         return hessian, H[:, 0] + r.ravel()

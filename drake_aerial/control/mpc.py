@@ -76,7 +76,7 @@ class PayloadMpc(PayloadController):
     | out `diagnostics` | 4 | QP iterations (0: no bound active), active bounds, largest deviation of a state from its
     prediction [SI], norm of the first step's correction [N] |
 
-    How long steps take is a measurement, not a state: `step_seconds` holds the last ones.
+    How long steps take is a measurement, not a state: `step_seconds` holds the CPU times of the last ones.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ class PayloadMpc(PayloadController):
         return np.zeros(_HEADER + N * 3 * n + (N + 1) * (18 + 9 * n))
 
     def _fly(self, t: float, seen: Observation, reference: Trajectory, thrust: Array, memory: Array) -> Array:
-        begin = time.perf_counter()
+        begin = time.thread_time()
         n, N, h = self._n, self.stages, self.step
         table = reference_table(self.model, reference)
         desired = table.at(t + h * np.arange(N + 1))
@@ -161,7 +161,7 @@ class PayloadMpc(PayloadController):
         x = retract(x, self._problem.expand(change), E)
         memory[0:5] = 1.0, iterations, active, surprise, np.linalg.norm(change[: 3 * n])
         memory[_HEADER:] = np.concatenate([u.ravel(), *(field.ravel() for field in x)])
-        self.step_seconds.append(time.perf_counter() - begin)
+        self.step_seconds.append(time.thread_time() - begin)
         return u[0].copy()
 
     def _measured(self, seen: Observation, thrust: Array) -> PayloadState:

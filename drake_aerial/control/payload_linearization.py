@@ -15,13 +15,11 @@ from drake_aerial.control.payload_model import (
     PayloadDerivative,
     PayloadState,
     derivative,
-    difference,
-    retract,
     tangent_basis,
     transport,
 )
 from drake_aerial.control.payload_parameters import PayloadModelParameters
-from drake_aerial.control.vectors import skew
+from drake_aerial.control.vectors import cross, skew
 
 Array = NDArray[np.float64]
 
@@ -122,7 +120,7 @@ def linearize(model: PayloadModelParameters, x: PayloadState, u: Array, E: Array
         residual[:, i, iA + 2 * i : iA + 2 * i + 2] += by_tilt[:, i]
         residual[:, i, iB + 2 * i : iB + 2 * i + 2] += by_spin[:, i]
         residual[:, i, iF + 3 * i : iF + 3 * i + 3] += by_thrust[:, i]
-    dT = -np.linalg.solve(d.tension_matrix, residual)
+    dT = -(d.tension_inverse @ residual)
     X += X_T @ dT
     G += (lever @ X_T) @ dT
 
@@ -225,15 +223,35 @@ def change_chart(discrete: DiscreteModel, x: PayloadState, E: Array, y: PayloadS
         Tangent bases at x and y.
     """
     B, n = x.xi.shape[:2]
-    drift = difference(y, retract(x, discrete.drift, E), E_y)
-    Phi, Gamma = discrete.Phi, discrete.Gamma
-    d, c = skew(discrete.drift[:, 6:9]), skew(drift[:, 6:9])
-    turn = (np.eye(3) + 0.5 * c) @ (np.eye(3) - 0.5 * d + d @ d / 6)
+    Phi, Gamma, d = discrete
+    drift = d.copy()
+    for part, before, after in ((0, x.p, y.p), (3, x.v, y.v), (9, x.W, y.W)):
+        drift[:, part : part + 3] += before - after
+    drift[:, 12 + 4 * n :] += (x.F - y.F).reshape(B, 3 * n)
+    # exp(d) = exp(phi) exp(c) with phi the rotation from x to y: c = J_r(phi) (d - phi) near y.
+    turned = np.swapaxes(x.R, 1, 2) @ y.R
+    phi = _arc(0.5 * (turned[:, (2, 0, 1), (1, 2, 0)] - turned[:, (1, 2, 0), (2, 0, 1)]))
+    K = skew(phi)
+    turn = np.eye(3) - 0.5 * K + K @ K / 6
+    drift[:, 6:9] = (turn @ (d[:, 6:9] - phi)[:, :, None])[:, :, 0]
     Phi[:, 6:9] = turn @ Phi[:, 6:9]
     Gamma[:, 6:9] = turn @ Gamma[:, 6:9]
-    carried = np.swapaxes(transport(x.xi[:, :, None], y.xi[:, :, None], np.swapaxes(E, -1, -2)), -1, -2)
-    frame = np.swapaxes(E_y, -1, -2) @ carried
+    # Cables: where y lies in the chart at x, and how the bases turn on the way there.
+    ET = np.swapaxes(E, -1, -2)
+    frame = np.swapaxes(E_y, -1, -2) @ np.swapaxes(transport(x.xi[:, :, None], y.xi[:, :, None], ET), -1, -2)
+    place = (ET @ _arc(cross(x.xi, y.xi))[..., None])[..., 0]
+    spin, spin_y = (x.w[:, :, None] @ E)[:, :, 0], (y.w[:, :, None] @ E_y)[:, :, 0]
+    cables = d[:, 12 : 12 + 4 * n].reshape(B, 2, n, 2) + np.stack([-place, spin], axis=1)
+    cables = (frame[:, None] @ cables[..., None])[..., 0]
+    cables[:, 1] -= spin_y
+    drift[:, 12 : 12 + 4 * n] = cables.reshape(B, 4 * n)
     for M in (Phi, Gamma):
         block = M[:, 12 : 12 + 4 * n].reshape(B, 2, n, 2, -1)
         M[:, 12 : 12 + 4 * n] = (frame[:, None] @ block).reshape(B, 4 * n, -1)
     return DiscreteModel(Phi, Gamma, drift)
+
+
+def _arc(sine: Array) -> Array:
+    """Return rotation vectors (..., 3) of which `sine` has the axis times the sine, for angles well below one."""
+    s = (sine * sine).sum(-1, keepdims=True)
+    return sine * (1.0 + s * (1 / 6 + s * (3 / 40 + s * (15 / 336))))

@@ -64,8 +64,8 @@ class PayloadDerivative(NamedTuple):
         (contact acceleration + g e3 - F/m) / l, of which dw = xi x q.
     arm_acceleration : (B, n, 3) array
         W' x a + W x (W x a), in the axes of L.
-    tension_matrix : (B, n, n) array
-        The matrix of the linear system in the tensions [1/kg].
+    tension_inverse : (B, n, n) array
+        Inverse of the matrix of the linear system in the tensions [kg].
     """
 
     v: Array
@@ -78,7 +78,7 @@ class PayloadDerivative(NamedTuple):
     tension: Array
     q: Array
     arm_acceleration: Array
-    tension_matrix: Array
+    tension_inverse: Array
 
 
 def derivative(model: PayloadModelParameters, x: PayloadState, u: Array) -> PayloadDerivative:
@@ -101,14 +101,17 @@ def derivative(model: PayloadModelParameters, x: PayloadState, u: Array) -> Payl
         + (eta * centripetal).sum(-1)
         + (S @ (gyro @ Jinv)[:, :, None])[:, :, 0]
     )
-    T = np.linalg.solve(D, rhs[:, :, None])
+    inverse = np.linalg.inv(D).astype(
+        float, copy=False
+    )  # positive definite and well conditioned: 1/m is on its diagonal
+    T = inverse @ rhs[:, :, None]
     acceleration = (x.xi * (T / -M)).sum(1)
     dW = (gyro - (S * T).sum(1)) @ Jinv
     arm = cross(dW[:, None], a) + centripetal
     q = (acceleration[:, None] + arm @ np.swapaxes(x.R, 1, 2) - x.F / m[:, None]) / l[:, None]
     acceleration[:, 2] -= GRAVITY
     return PayloadDerivative(
-        x.v, acceleration, x.W, dW, x.w, cross(x.xi, q), (u - x.F) / model.thrust_lag, T[:, :, 0], q, arm, D
+        x.v, acceleration, x.W, dW, x.w, cross(x.xi, q), (u - x.F) / model.thrust_lag, T[:, :, 0], q, arm, inverse
     )
 
 
