@@ -11,7 +11,7 @@ def test_files_that_hold_no_mapping_are_refused(tmp_path):
         with pytest.raises(InputError, match=word):
             read_mapping(path)
     path.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(InputError, match="cannot read|not YAML"):
+    with pytest.raises(InputError, match=r"cannot read|not YAML"):
         read_mapping(path)
     with pytest.raises(InputError, match="cannot read"):
         read_mapping(tmp_path / "missing.yaml")

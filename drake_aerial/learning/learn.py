@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from drake_aerial.blas_threads import one_blas_thread
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import invert
 from drake_aerial.learning.configuration_model import ConfigurationModel
@@ -18,6 +19,7 @@ from drake_aerial.perception.canonical import to_canonical
 from drake_aerial.perception.surface_features import compute_features
 
 
+@one_blas_thread
 def learn(demonstration: Demonstration, *, parameters: LearningParameters | None = None, seed: int = 0) -> ContactSkill:
     """Learn object, contact, task and configuration models from a demonstration with n >= 1 grippers.
 

@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 
+from drake_aerial.blas_threads import one_blas_thread
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, Pose, axis_of, quat_about_axis, quat_from_xz, rotate
 from drake_aerial.learning.hull import HorizontalHull
@@ -31,6 +32,7 @@ from drake_aerial.transferring.solutions import ContactSolutions, Solution
 from drake_aerial.transferring.starts import draw_starts
 
 
+@one_blas_thread
 def transfer(
     skill: ContactSkill,
     cloud: PointCloud,

@@ -13,6 +13,7 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 
 import drake_aerial
+from drake_aerial.blas_threads import one_blas_thread
 from drake_aerial.control.geometric import GeometricController
 from drake_aerial.control.mpc import PayloadMpc
 from drake_aerial.control.payload_parameters import PayloadModelParameters
@@ -116,6 +117,7 @@ class Flight:
             "source": source or {},
         }
 
+    @one_blas_thread
     def run(self, seed: int = 0, *, progress: Progress | None = None) -> TrialResult:
         """Fly once and return what happened; a flight that fails is a result too.
 
