@@ -108,9 +108,7 @@ class PayloadController(LeafSystem):
             law = context.get_discrete_state(self._memory_index).value().copy()
             thrust = self._fly(t, seen, reference, last, law)
             discrete.get_mutable_vector(self._memory_index).SetFromVector(law)
-        # Linear algebra differs in the last bits with the alignment of its arrays; micronewtons keep flights the same to the bit.
-        command = np.round(limited(model, thrust).ravel(), 6)
-        discrete.get_mutable_vector(self._thrust_index).SetFromVector(command)
+        discrete.get_mutable_vector(self._thrust_index).SetFromVector(limited(model, thrust).ravel())
 
     def _calc_thrust(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(context.get_discrete_state(self._thrust_index).value())
