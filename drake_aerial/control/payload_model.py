@@ -101,9 +101,7 @@ def derivative(model: PayloadModelParameters, x: PayloadState, u: Array) -> Payl
         + (eta * centripetal).sum(-1)
         + (S @ (gyro @ Jinv)[:, :, None])[:, :, 0]
     )
-    inverse = np.linalg.inv(D).astype(
-        float, copy=False
-    )  # positive definite and well conditioned: 1/m is on its diagonal
+    inverse = np.linalg.inv(D).astype(float, copy=False)  # well conditioned: 1/m is on the diagonal of D
     T = inverse @ rhs[:, :, None]
     acceleration = (x.xi * (T / -M)).sum(1)
     dW = (gyro - (S * T).sum(1)) @ Jinv

@@ -110,18 +110,24 @@ def hanging(model, p_L, R=None):
 
 
 def fly(controller, truth, x, reference, seconds, noise=0.0, seed=0, propellers=None, sensor_period=0.02):
-    """Simulate; return the log as arrays, with the reference's position beside the payload's."""
+    """Simulate; return the log as arrays, with the reference's position beside the payload's.
+
+    Without a `sensor_period` the controller reads the exact state of the moment.
+    """
     n = truth.n
     propellers = propellers or [CROSS] * n
     builder = DiagramBuilder()
     plant = builder.AddSystem(LightPlant(truth, x, propellers))
-    sensor = builder.AddSystem(Sensor(n, noise, seed, sensor_period))
+    sensor = None if sensor_period is None else builder.AddSystem(Sensor(n, noise, seed, sensor_period))
     controller = builder.AddSystem(controller)
     attitude = builder.AddSystem(AttitudeController(propellers, QUADROTOR_INERTIA))
     source = builder.AddSystem(ConstantValueSource(AbstractValue.Make(reference)))
     for name in ("payload_state", "quadrotor_states", "cable_directions"):
-        builder.Connect(plant.GetOutputPort(name), sensor.GetInputPort(name))
-        builder.Connect(sensor.GetOutputPort(name), controller.GetInputPort(name))
+        seen = plant
+        if sensor is not None:
+            builder.Connect(plant.GetOutputPort(name), sensor.GetInputPort(name))
+            seen = sensor
+        builder.Connect(seen.GetOutputPort(name), controller.GetInputPort(name))
     builder.Connect(source.get_output_port(), controller.GetInputPort("reference"))
     builder.Connect(plant.GetOutputPort("quadrotor_states"), attitude.GetInputPort("quadrotor_states"))
     builder.Connect(controller.GetOutputPort("thrust_vectors"), attitude.GetInputPort("thrust_vectors"))
