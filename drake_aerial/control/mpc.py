@@ -157,6 +157,9 @@ class PayloadMpc(PayloadController):
             desired = desired._replace(p=desired.p + memory[5:8])
         E = tangent_basis(x.xi)
         change, iterations, active = self._improve(x, u, E, desired, self._terminal_cost(table, reference.yaw))
+        if not np.isfinite(change).all():
+            memory[:] = 0.0  # a state that no model explains: hover, and plan anew at the next tick
+            return np.full((n, 3), np.nan)
         u += change.reshape(N, n, 3)
         x = retract(x, self._problem.expand(change), E)
         memory[0:5] = 1.0, iterations, active, surprise, np.linalg.norm(change[: 3 * n])
@@ -197,6 +200,8 @@ class PayloadMpc(PayloadController):
         _, solution, failed = lapack.dposv(H.T, -g, lower=0)
         if not failed and (solution >= low).all() and (solution <= high).all():
             return solution, 0, 0
+        if not (np.isfinite(H).all() and np.isfinite(g).all()):
+            return np.full(len(g), np.nan), 0, 0
         H = np.tril(H) + np.tril(H, -1).T
         if self._qp is None:
             self._qp = piqp.DenseSolver()
