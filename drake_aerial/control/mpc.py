@@ -15,6 +15,7 @@ from scipy.linalg import lapack
 
 from drake_aerial.control.condensing import CondensedProblem
 from drake_aerial.control.controller import PayloadController
+from drake_aerial.control.field_of_view import view_penalty, view_violation
 from drake_aerial.control.flatness import Reference, ReferenceTable, reference_table
 from drake_aerial.control.observation import Observation
 from drake_aerial.control.payload_linearization import change_chart, discretize, linearize
@@ -47,6 +48,8 @@ class MpcWeights:
         Of the thrusts [1/N^2].
     input : float
         Of the commanded thrusts [1/N^2].
+    view : float
+        Of the cosine by which the payload is out of a camera's view, where a field of view is given.
     """
 
     position: float = 100.0
@@ -59,6 +62,7 @@ class MpcWeights:
     direction_rate: float = 0.5
     thrust: float = 0.0
     input: float = 1.0
+    view: float = 2e4
 
 
 class PayloadMpc(PayloadController):
@@ -91,6 +95,9 @@ class PayloadMpc(PayloadController):
         Rate at which a remaining position error moves the reference [1/s]; 0 is off.
     integral_limit : float
         Largest shift of the reference by that [m].
+    field_of_view : float, optional
+        Full angle [rad] of a camera under each quadrotor that looks against the thrust. The payload is kept in its
+        view as a soft constraint; None is off.
     """
 
     def __init__(
@@ -102,11 +109,14 @@ class PayloadMpc(PayloadController):
         weights: MpcWeights | None = None,
         integral_gain: float = 0.0,
         integral_limit: float = 0.3,
+        field_of_view: float | None = None,
         **keywords: Any,
     ):
         if stages < 2 or not step > 0.0:
             raise InputError(f"an MPC needs at least 2 stages and a step > 0 s but got {stages}, {step}")
-        self.stages, self.step = stages, step
+        if field_of_view is not None and not 0.0 < field_of_view < np.pi:
+            raise InputError(f"field_of_view must be between 0 and pi rad but got {field_of_view}")
+        self.stages, self.step, self.field_of_view = stages, step, field_of_view
         self.weights = weights or MpcWeights()
         self.integral_gain, self.integral_limit = integral_gain, integral_limit
         self.step_seconds: deque[float] = deque(maxlen=100_000)
@@ -192,6 +202,10 @@ class PayloadMpc(PayloadController):
         Q[:, :12] = CT @ Q[:, :12]
         Q[:, :, :12] = Q[:, :, :12] @ C
         q[:, :12] = (CT @ q[:, :12, None])[:, :, 0]
+        if self.field_of_view is not None:
+            violation, J = view_violation(self.model, x, E, 0.5 * self.field_of_view)
+            hessian, gradient = view_penalty(violation, J, self.weights.view * self.step)
+            Q, q = Q + hessian, q + gradient
         r = self._R * (u - desired.u[:N]).reshape(N, -1)
         H, g = self._problem.condense(discrete, Q, q, self._R, r)
         return self._solve(H, g, self._low - u.ravel(), self._high - u.ravel())
