@@ -99,7 +99,7 @@ def _register_shape(plant: MultibodyPlant, body: RigidBody, payload: Payload, fe
             points.append(point)
     for k, point in enumerate(points):
         plant.RegisterCollisionGeometry(body, RigidTransform(point), Sphere(support.RADIUS), f"touch_{k}", properties)
-    shrink = max(0.2, 1.0 - 0.02 / float(np.ptp(hull, axis=0).min()))
+    shrink = np.maximum(0.2, 1.0 - 0.02 / np.ptp(hull, axis=0))
     inner = Convex((centre + shrink * (hull - centre)).T, payload.name)
     plant.RegisterCollisionGeometry(body, RigidTransform(), inner, "hull", properties)
     plant.RegisterVisualGeometry(body, RigidTransform(), Convex(hull.T, payload.name), "visual", _COLOUR)

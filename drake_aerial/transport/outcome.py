@@ -57,7 +57,8 @@ class FlightMonitor:
         self._reference = trajectory.sample(_LOOK * np.arange(count)).p
         phases = {phase.name: phase for phase in trajectory.phases}
         # The payload may drag and swing while it is lifted; a second after the reference is up it must hang free.
-        self._airborne = phases["lift"].end + 1.0 if "lift" in phases else np.inf
+        begins_in_the_air = np.inf if "ground" in phases else 0.1
+        self._airborne = phases["lift"].end + 1.0 if "lift" in phases else begins_in_the_air
 
     def __call__(self, context: Context) -> EventStatus:
         """Look at the state after a step; ends the simulation when it is over."""
