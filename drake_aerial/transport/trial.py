@@ -16,6 +16,7 @@ import drake_aerial
 from drake_aerial.blas_threads import one_blas_thread
 from drake_aerial.control.geometric import GeometricController
 from drake_aerial.control.mpc import PayloadMpc
+from drake_aerial.control.observation import PositionFilter
 from drake_aerial.control.payload_parameters import PayloadModelParameters
 from drake_aerial.control.trajectory import Trajectory
 from drake_aerial.control.trajectory_files import read_trajectory, trajectory_to_dict
@@ -89,11 +90,13 @@ class Flight:
             gripper=parameters.gripper,
         )
         options = controller_options or {}
+        # A tick one plant step after each sample sees that sample; the filter is told how noisy positions are.
+        matched = {"offset": parameters.time_step, "position_filter": PositionFilter(parameters.noise)}
         self.station: TransportStation = make_transport_station(
             suspension.payload,
             suspension.p_LC,
             suspension.normal_L,
-            controller=CONTROLLERS[controller](self.model, **options),
+            controller=CONTROLLERS[controller](self.model, **{**matched, **options}),
             parameters=parameters,
         )
         payload = suspension.payload

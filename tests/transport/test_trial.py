@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drake_aerial.control.observation import PositionFilter
 from drake_aerial.control.trajectory import HoverTrajectory, TransportTrajectory
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Pose
@@ -154,7 +153,7 @@ def test_the_geometric_law_errs_as_in_an_independent_simulator():
         controller="geometric",
         trajectory=TransportTrajectory.airborne(timing="constant", hover_time=0.0),
         parameters=StationParameters(noise=0.0, perception_period=0.01),
-        controller_options={"period": 0.01, "position_filter": PositionFilter(0.0, 0.0)},
+        controller_options={"period": 0.01},
     )
     assert flight.run().metrics["position_rmse_m"] == pytest.approx(0.1378, rel=0.05)
 
