@@ -153,7 +153,9 @@ class PayloadMpc(PayloadController):
         desired = table.at(t + h * np.arange(N + 1))
         plan = memory[_HEADER:]
         if memory[0]:
-            x, u = shift(unpack(plan, N, n), plan[: N * 3 * n].reshape(N, n, 3), self.period / h)
+            share = self.period / h
+            u = shift(plan[: N * 3 * n].reshape(N, n, 3), share)
+            x = normalized(unpack(shift(plan[N * 3 * n :].reshape(N + 1, -1), share), n))
         now = self._measured(seen, thrust)
         if not memory[0]:
             x = PayloadState(*(np.repeat(field, N + 1, axis=0) for field in now))
@@ -173,7 +175,8 @@ class PayloadMpc(PayloadController):
         u += change.reshape(N, n, 3)
         x = retract(x, self._problem.expand(change), E)
         memory[0:5] = 1.0, iterations, active, surprise, np.linalg.norm(change[: 3 * n])
-        memory[_HEADER:] = np.concatenate([u.ravel(), *(field.ravel() for field in x)])
+        plan[: N * 3 * n] = u.ravel()
+        plan[N * 3 * n :] = pack(x).ravel()
         self.step_seconds.append(time.thread_time() - begin)
         # Linear algebra differs in its last bits with the alignment of its arrays; whole micronewtons keep a flight the same to the bit.
         return np.round(u[0], 6)
@@ -195,8 +198,8 @@ class PayloadMpc(PayloadController):
         e = deviation(self.model, x, desired, E)
         C = deviation_jacobian(self.model, x)
         CT = np.swapaxes(C, 1, 2)
-        Q = np.zeros((N + 1, len(self._Q), len(self._Q)))
-        Q[:, range(len(self._Q)), range(len(self._Q))] = self._Q
+        Q = np.empty((N + 1, len(self._Q), len(self._Q)))
+        Q[:] = np.diag(self._Q)
         q = self._Q * e
         Q[N], q[N] = P, P @ e[N]
         Q[:, :12] = CT @ Q[:, :12]
@@ -249,30 +252,39 @@ def thrust_box(model: PayloadModelParameters) -> Array:
     return np.stack([low.ravel(), high.ravel()])
 
 
-def unpack(plan: Array, N: int, n: int) -> PayloadState:
-    """Return the states (batch N + 1) of a plan: inputs (N, n, 3), then every field of the states in turn."""
-    fields, at = [], N * 3 * n
-    for shape in ((3,), (3,), (3, 3), (3,), (n, 3), (n, 3), (n, 3)):
-        size = (N + 1) * int(np.prod(shape))
-        fields.append(plan[at : at + size].reshape(N + 1, *shape))
-        at += size
-    return PayloadState(*fields)
+def pack(x: PayloadState) -> Array:
+    """Return states (batch B) as rows (B, 18 + 9 n)."""
+    return np.concatenate([field.reshape(len(field), -1) for field in x], axis=1)
 
 
-def shift(x: PayloadState, u: Array, share: float) -> tuple[PayloadState, Array]:
-    """Return predicted states and inputs moved on by `share` of a step, extrapolated at the end.
+def unpack(rows: Array, n: int) -> PayloadState:
+    """Return the states that rows (B, 18 + 9 n) hold, as views."""
+    B, c = len(rows), 18 + 3 * n
+    return PayloadState(
+        rows[:, 0:3],
+        rows[:, 3:6],
+        rows[:, 6:15].reshape(B, 3, 3),
+        rows[:, 15:18],
+        rows[:, 18:c].reshape(B, n, 3),
+        rows[:, c : c + 3 * n].reshape(B, n, 3),
+        rows[:, c + 3 * n :].reshape(B, n, 3),
+    )
 
-    Neighbours are close, so that blending and normalising is as good as the geodesic.
-    """
 
-    def moved(values: Array) -> Array:
-        low = int(share)
-        rest = share - low
-        padded = np.concatenate([values, np.repeat(2 * values[-1:] - values[-2:-1], low + 1, axis=0)])
-        return (1.0 - rest) * padded[low : low + len(values)] + rest * padded[low + 1 : low + 1 + len(values)]
+def shift(values: Array, share: float) -> Array:
+    """Return samples (B, ...) one step apart, moved on by `share` of a step; extrapolated at the end."""
+    for _ in range(int(share)):
+        values = np.concatenate([values[1:], 2 * values[-1:] - values[-2:-1]])
+    rest = share - int(share)
+    after = np.empty_like(values)
+    after[:-1] = (1.0 - rest) * values[:-1] + rest * values[1:]
+    after[-1] = (1.0 + rest) * values[-1] - rest * values[-2]
+    return after
 
-    x = PayloadState(*(moved(field) for field in x))
+
+def normalized(x: PayloadState) -> PayloadState:
+    """Return blended neighbouring states back on their manifold: as good as the geodesic, they are close."""
     R = 1.5 * x.R - 0.5 * x.R @ np.swapaxes(x.R, 1, 2) @ x.R
     xi = x.xi / np.sqrt((x.xi * x.xi).sum(-1, keepdims=True))
     w = x.w - xi * (xi * x.w).sum(-1, keepdims=True)
-    return x._replace(R=R, xi=xi, w=w), moved(u)
+    return x._replace(R=R, xi=xi, w=w)

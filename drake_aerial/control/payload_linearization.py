@@ -124,15 +124,15 @@ def linearize(model: PayloadModelParameters, x: PayloadState, u: Array, E: Array
     X += X_T @ dT
     G += (lever @ X_T) @ dT
 
-    A_y = np.zeros((B, ny, ny))
+    constant, by_thrusts = model.constant_jacobians
+    A_y = np.empty((B, ny, ny))
+    A_y[:] = constant
     A_y[:, 0:3, 0:3] = -0.5 * Wx
-    A_y[:, 0:3, 3:6] = np.eye(3)
     A_y[:, 3:6] = X[:, 0:3]
-    q_y = G.reshape(B, n, 3, ny) / l[:, None, None]
+    q_y = G.reshape(B, n, 3, ny) / l[:, None, None] + by_thrusts
     turn = skew(d.q) @ E
     for i in range(n):
         q_y[:, i, :, iA + 2 * i : iA + 2 * i + 2] += turn[:, i]
-        q_y[:, i, range(3), range(iF + 3 * i, iF + 3 * i + 3)] -= 1.0 / (m[i] * l[i])
     tiltT = np.swapaxes(tilt, -1, -2)
     A_y[:, iB:iF] = (tiltT @ q_y).reshape(B, 2 * n, ny)
     # Transport of w along the sphere: the chart's curvature, of second order in the cable's rate.
@@ -140,9 +140,6 @@ def linearize(model: PayloadModelParameters, x: PayloadState, u: Array, E: Array
     curvature = -0.5 * normal[..., :, None] * normal[..., None, :]
     for i in range(n):
         A_y[:, iB + 2 * i : iB + 2 * i + 2, iA + 2 * i : iA + 2 * i + 2] += curvature[:, i]
-    A_y[:, range(iA, iB), range(iB, iF)] = 1.0
-    B_F = 1.0 / model.thrust_lag.ravel()
-    A_y[:, range(iF, ny), range(iF, ny)] = -B_F
 
     rate = np.concatenate(
         [
@@ -156,7 +153,7 @@ def linearize(model: PayloadModelParameters, x: PayloadState, u: Array, E: Array
         ],
         axis=1,
     )
-    return Linearization(rate, X[:, 3:6], A_y, B_F, E, d)
+    return Linearization(rate, X[:, 3:6], A_y, 1.0 / model.thrust_lag.ravel(), E, d)
 
 
 class DiscreteModel(NamedTuple):
@@ -182,19 +179,25 @@ def discretize(linear: Linearization, step: float) -> DiscreteModel:
     """
     B, ny = linear.A_y.shape[:2]
     nx, nu = ny + 6, len(linear.B_F)
-    one = np.eye(ny)
     Z = step * linear.A_y
     Z2 = Z @ Z
-    S3 = Z * (1 / 24) + Z2 * (1 / 120) + Z2 @ (Z * (1 / 720) + Z2 * (1 / 5040)) + one * (1 / 6)
-    S2 = Z @ S3 + 0.5 * one
-    S1 = Z @ S2 + one
+    tail = Z * (1 / 720)
+    tail += Z2 * (1 / 5040)
+    S3 = Z2 @ tail
+    S3 += Z * (1 / 24)
+    S3 += Z2 * (1 / 120)
+    _diagonal(S3)[:] += 1 / 6
+    S2 = Z @ S3
+    _diagonal(S2)[:] += 0.5
+    S1 = Z @ S2
+    _diagonal(S1)[:] += 1.0
     A1, A2, A3 = linear.A_v @ S1, linear.A_v @ S2, linear.A_v @ S3
     Phi = np.zeros((B, nx, nx))
-    Phi[:, range(6), range(6)] = 1.0
-    Phi[:, range(3), range(3, 6)] = step
+    Phi[:, 0:3, 3:6] = step * np.eye(3)
     Phi[:, 0:3, 6:] = step**2 * A2
     Phi[:, 3:6, 6:] = step * A1
-    Phi[:, 6:, 6:] = Z @ S1 + one
+    np.matmul(Z, S1, out=Phi[:, 6:, 6:])
+    _diagonal(Phi)[:] += 1.0
     Gamma = np.empty((B, nx, nu))
     Gamma[:, 0:3] = step**3 * A3[:, :, -nu:]
     Gamma[:, 3:6] = step**2 * A2[:, :, -nu:]
@@ -206,6 +209,11 @@ def discretize(linear: Linearization, step: float) -> DiscreteModel:
     drift[:, 3:6] = step * f_v + step**2 * (A2 @ f_y)[:, :, 0]
     drift[:, 6:] = step * (S1 @ f_y)[:, :, 0]
     return DiscreteModel(Phi, Gamma, drift)
+
+
+def _diagonal(matrices: Array) -> Array:
+    """Return the diagonals (B, k) of contiguous matrices (B, k, k), to be written to."""
+    return matrices.reshape(len(matrices), -1)[:, :: matrices.shape[-1] + 1]
 
 
 def change_chart(discrete: DiscreteModel, x: PayloadState, E: Array, y: PayloadState, E_y: Array) -> DiscreteModel:

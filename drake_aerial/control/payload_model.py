@@ -93,8 +93,7 @@ def derivative(model: PayloadModelParameters, x: PayloadState, u: Array) -> Payl
     gyro = cross(x.W @ J, x.W)
     Wx = skew(x.W)
     centripetal = np.swapaxes(Wx @ (Wx @ a.T), 1, 2)
-    D = x.xi @ np.swapaxes(x.xi, 1, 2) / M + (S @ Jinv) @ np.swapaxes(S, 1, 2)
-    D[:, range(model.n), range(model.n)] += 1.0 / m
+    D = x.xi @ np.swapaxes(x.xi, 1, 2) / M + (S @ Jinv) @ np.swapaxes(S, 1, 2) + np.diag(1.0 / m)
     rhs = (
         l * (x.w * x.w).sum(-1)
         - (x.xi * x.F).sum(-1) / m
@@ -117,9 +116,7 @@ def rotation_exp(theta: Array) -> Array:
     """Return the rotation matrices (B, 3, 3) of rotation vectors (B, 3) [rad]."""
     K = skew(theta)
     half = 0.5 * np.sqrt((theta * theta).sum(-1))[:, None, None] / np.pi
-    R = np.sinc(2.0 * half) * K + 0.5 * np.sinc(half) ** 2 * (K @ K)
-    R[:, range(3), range(3)] += 1.0
-    return R
+    return np.eye(3) + np.sinc(2.0 * half) * K + 0.5 * np.sinc(half) ** 2 * (K @ K)
 
 
 def rotation_log(R: Array) -> Array:

@@ -101,6 +101,21 @@ class PayloadModelParameters:
         """P (6, 3 n): stacked cable forces on the payload (axes of L) to force and moment about the CoM."""
         return np.concatenate([np.tile(np.eye(3), self.n), np.concatenate(list(skew(self.arms)), axis=1)])
 
+    @cached_property
+    def constant_jacobians(self) -> tuple[Array, Array]:
+        """What never changes of the linearised model: of the core error state's rate (6 + 7 n, 6 + 7 n), with rows
+        for angular velocity, cable rates and thrust lags, and of the contacts' q (n, 3, 6 + 7 n) by the thrusts.
+        """
+        n = self.n
+        A, q = np.zeros((6 + 7 * n, 6 + 7 * n)), np.zeros((n, 3, 6 + 7 * n))
+        A[0:3, 3:6] = np.eye(3)
+        A[6 : 6 + 2 * n, 6 + 2 * n : 6 + 4 * n] = np.eye(2 * n)
+        A[6 + 4 * n :, 6 + 4 * n :] = -np.diag(1.0 / self.thrust_lag.ravel())
+        for i in range(n):
+            column = 6 + 4 * n + 3 * i
+            q[i, :, column : column + 3] = -np.eye(3) / (self.quadrotor_mass[i] * self.cable_length[i])
+        return A, q
+
     @property
     def weight(self) -> float:
         """Weight of payload and quadrotors together [N]."""

@@ -49,7 +49,7 @@ def deviation(model: PayloadModelParameters, x: PayloadState, desired: Reference
 def deviation_jacobian(model: PayloadModelParameters, x: PayloadState) -> Array:
     """Return the first twelve rows and columns (B, 12, 12) of de/d(error state) at x; the rest is the identity."""
     C = np.zeros((len(x.p), 12, 12))
-    C[:, range(6), range(6)] = 1.0
+    C[:, 0:6, 0:6] = np.eye(6)
     Wc = cross(x.W, model.p_LLcm)
     stack = skew(np.stack([np.broadcast_to(model.p_LLcm, x.W.shape), Wc, -x.W], axis=1))
     turned = x.R[:, None] @ stack

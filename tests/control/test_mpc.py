@@ -6,9 +6,9 @@ from scipy.optimize import lsq_linear
 from ticks import fix_inputs, one_tick, tick
 
 from drake_aerial.control.flatness import reference_table
-from drake_aerial.control.mpc import PayloadMpc, shift, thrust_box, unpack
+from drake_aerial.control.mpc import PayloadMpc, normalized, pack, shift, thrust_box, unpack
 from drake_aerial.control.observation import PositionFilter
-from drake_aerial.control.payload_model import PayloadState, retract
+from drake_aerial.control.payload_model import PayloadState, retract, rotation_exp
 from drake_aerial.control.payload_parameters import PayloadModelParameters
 from drake_aerial.control.trajectory import HoverTrajectory, TransportTrajectory
 from drake_aerial.errors import InputError
@@ -137,16 +137,17 @@ def test_a_plan_moves_on_in_time():
     xi = np.stack([0.2 * np.sin(t), 0.1 * np.cos(t), -np.ones(21)], axis=1)
     xi /= np.linalg.norm(xi, axis=1, keepdims=True)
     line = t[:, None] * slope
-    x = PayloadState(line, line, np.tile(np.eye(3), (21, 1, 1)), line, xi[:, None], 0 * xi[:, None], line[:, None])
-    moved, u = shift(x, line[:20, None], 0.4)
-    np.testing.assert_allclose(moved.p, line + 0.02 * slope, atol=1e-12)
-    np.testing.assert_allclose(u[:, 0], line[:20] + 0.02 * slope, atol=1e-12)
-    np.testing.assert_allclose(np.linalg.norm(moved.xi, axis=-1), 1.0, atol=1e-12)
-    twice, _ = shift(x, line[:20, None], 2.0)
-    np.testing.assert_allclose(twice.p[:19], line[2:], atol=1e-12)
-    packed = np.concatenate([np.zeros(60), *(np.ravel(field) for field in x)])
-    for got, field in zip(unpack(packed, 20, 1), x):
+    R = rotation_exp(line)
+    x = PayloadState(line, line, R, line, xi[:, None], 0 * xi[:, None], line[:, None])
+    rows = pack(x)
+    for got, field in zip(unpack(rows, 1), x):
         np.testing.assert_array_equal(got, field)
+    moved = normalized(unpack(shift(rows, 0.4), 1))
+    np.testing.assert_allclose(moved.p, line + 0.02 * slope, atol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(moved.xi, axis=-1), 1.0, atol=1e-12)
+    np.testing.assert_allclose(moved.R[:20], rotation_exp(line + 0.02 * slope)[:20], atol=1e-4)
+    np.testing.assert_allclose(moved.R @ np.swapaxes(moved.R, 1, 2), np.tile(np.eye(3), (21, 1, 1)), atol=1e-6)
+    np.testing.assert_allclose(shift(rows, 2.0)[:19], rows[2:], atol=1e-12)
 
 
 def test_the_box_lets_a_quadrotor_tilt_by_45_degrees():
