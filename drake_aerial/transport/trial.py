@@ -2,185 +2,23 @@
 
 from __future__ import annotations
 
-import time
-from collections import deque
-from collections.abc import Callable
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from pydrake.systems.analysis import Simulator
-
-import drake_aerial
-from drake_aerial.blas_threads import one_blas_thread
-from drake_aerial.control.geometric import GeometricController
-from drake_aerial.control.mpc import PayloadMpc
-from drake_aerial.control.observation import PositionFilter
-from drake_aerial.control.payload_parameters import PayloadModelParameters
 from drake_aerial.control.trajectory import Trajectory
-from drake_aerial.control.trajectory_files import read_trajectory, trajectory_to_dict
 from drake_aerial.errors import InputError
 from drake_aerial.plant.cable import CableParameters
 from drake_aerial.plant.payload import Payload
-from drake_aerial.plant.scene import GRAVITY
-from drake_aerial.transport.beliefs import BELIEFS, believed_model
-from drake_aerial.transport.metrics import flight_metrics
-from drake_aerial.transport.outcome import FlightMonitor, Progress
-from drake_aerial.transport.recording import phase_names, record
-from drake_aerial.transport.station import StationParameters, TransportStation, make_transport_station
+from drake_aerial.transport.flight import Flight
+from drake_aerial.transport.outcome import Progress
+from drake_aerial.transport.station import StationParameters
 from drake_aerial.transport.suspension import Suspension, read_scan
-from drake_aerial.transport.trial_result import SCHEMA, VERSION, TrialResult
+from drake_aerial.transport.trial_result import TrialResult
 
 if TYPE_CHECKING:
     from drake_aerial.perception.point_cloud import PointCloud
     from drake_aerial.transferring.solutions import ContactSolutions
-
-CONTROLLERS: dict[str, Callable[..., Any]] = {
-    "mpc": PayloadMpc,
-    "geometric_ff": lambda model, **options: GeometricController(model, feedforward=True, **options),
-    "geometric": lambda model, **options: GeometricController(model, feedforward=False, **options),
-}
-"""Constructors by name; each takes the believed `PayloadModelParameters`."""
-
-
-class Flight:
-    """A flight that is ready: one station and one trajectory, for any number of trials with different seeds.
-
-    Use it instead of `fly` where trials differ in the seed alone: Drake keeps every diagram with Python systems for good.
-
-    Attributes
-    ----------
-    suspension : Suspension
-    model : PayloadModelParameters
-        What the controller believes.
-    station : TransportStation
-    trajectory : Trajectory
-    configuration : dict
-        What goes into metrics.json.
-    """
-
-    def __init__(
-        self,
-        suspension: Suspension,
-        *,
-        belief: str = "below_contact",
-        controller: str = "mpc",
-        trajectory: str | Path | Trajectory = "transport",
-        parameters: StationParameters | None = None,
-        controller_options: dict[str, Any] | None = None,
-        source: dict[str, Any] | None = None,
-    ):
-        """Prepare a flight; see `fly` for the parameters. Raises InputError."""
-        if belief not in BELIEFS:
-            raise InputError(f"no belief {belief!r}: give one of {', '.join(BELIEFS)}")
-        if controller not in CONTROLLERS:
-            raise InputError(f"no controller {controller!r}: give one of {', '.join(CONTROLLERS)}")
-        parameters = StationParameters() if parameters is None else parameters
-        # "circle" is what one flies; the trajectory that does so is called after its task.
-        self.trajectory = read_trajectory("transport" if trajectory == "circle" else trajectory)
-        self.suspension = suspension
-        self.model: PayloadModelParameters = believed_model(
-            belief,
-            suspension.payload,
-            suspension.p_LC,
-            scan_L=suspension.scan_L,
-            quadrotors=[parameters.quadrotor] * len(suspension.p_LC),
-            cable=parameters.cable,
-            gripper=parameters.gripper,
-        )
-        options = controller_options or {}
-        # A tick one plant step after each sample sees that sample; the filter is told how noisy positions are.
-        matched = {"offset": parameters.time_step, "position_filter": PositionFilter(parameters.noise)}
-        self.station: TransportStation = make_transport_station(
-            suspension.payload,
-            suspension.p_LC,
-            suspension.normal_L,
-            controller=CONTROLLERS[controller](self.model, **{**matched, **options}),
-            parameters=parameters,
-        )
-        payload = suspension.payload
-        self.configuration = {
-            "package_version": drake_aerial.__version__,
-            "belief": belief,
-            "controller": controller,
-            "controller_options": {key: repr(value) for key, value in options.items()},
-            "trajectory": trajectory_to_dict(self.trajectory),
-            "station": _plain(asdict(parameters)),
-            "payload": {
-                "name": payload.name,
-                "mass": payload.mass,
-                "com_L": payload.com.tolist(),
-                "inertia": payload.inertia.tolist(),
-                "stands_alone": self.station.payload_body.stands_alone,
-            },
-            "contacts_L": suspension.p_LC.tolist(),
-            "contacts_moved_m": suspension.moved.tolist(),
-            "believed_com_L": self.model.p_LLcm.tolist(),
-            "source": source or {},
-        }
-
-    @one_blas_thread
-    def run(self, seed: int = 0, *, progress: Progress | None = None) -> TrialResult:
-        """Fly once and return what happened; a flight that fails is a result too.
-
-        Parameters
-        ----------
-        seed : int
-            Of the measurement noise.
-        progress : callable, optional
-            Called with the fraction flown and a word on it every 0.2 s of simulated time.
-        """
-        station = self.station
-        simulator = Simulator(station)
-        context = simulator.get_mutable_context()
-        trajectory = station.place(context, seed=seed, reference=self.trajectory)
-        assert trajectory is not None
-        monitor = FlightMonitor(station, trajectory, progress=progress)
-        simulator.set_monitor(monitor)
-        steps: deque[float] = getattr(station.controller, "step_seconds", deque())
-        steps.clear()
-        began = time.process_time()
-        try:
-            simulator.Initialize()
-            simulator.AdvanceTo(trajectory.duration)
-        except (RuntimeError, ArithmeticError, ValueError) as error:
-            # The solver or a controller gave up on a state that is far from any flight.
-            if monitor.time is None:
-                monitor.end("diverged", " ".join(str(error).split())[:200], context.get_time())
-        spent = time.process_time() - began
-        series = record(station, context, trajectory)
-        names = phase_names(trajectory)
-        milliseconds = 1e3 * np.array(steps)[1:]
-        metrics = {
-            "schema": SCHEMA,
-            "version": VERSION,
-            "outcome": monitor.outcome,
-            "outcome_reason": monitor.reason,
-            "outcome_time_s": monitor.time,
-            **flight_metrics(series, names, GRAVITY * self.model.mass),
-            "timing": {
-                "real_time_factor": context.get_time() / max(spent, 1e-9),
-                "mpc_step_ms": {
-                    "mean": float(milliseconds.mean()) if len(milliseconds) else None,
-                    "p99": float(np.percentile(milliseconds, 99)) if len(milliseconds) else None,
-                },
-            },
-            "seed": seed,
-            "configuration": self.configuration,
-        }
-        payload, n = self.suspension.payload, station.n
-        length = np.full(n, station.parameters.cable.length)
-        return TrialResult(metrics, series, names, payload.vertices, payload.faces, station.p_LC, length)
-
-
-def _plain(value: Any) -> Any:
-    """Return a nested value as JSON gives it back: tuples are lists, an infinite number becomes its name."""
-    if isinstance(value, dict):
-        return {key: _plain(entry) for key, entry in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(entry) for entry in value]
-    return str(value) if isinstance(value, float) and not np.isfinite(value) else value
 
 
 def prepare_flight(

@@ -13,9 +13,10 @@ from drake_aerial.plant.cable import CableParameters
 from drake_aerial.plant.gripper import GripperParameters
 from drake_aerial.plant.payload import TABLE_INERTIA, Payload
 from drake_aerial.transferring.solutions import ContactSolutions, Solution
+from drake_aerial.transport.flight import Flight
 from drake_aerial.transport.station import StationParameters
 from drake_aerial.transport.suspension import Suspension
-from drake_aerial.transport.trial import Flight, fly, prepare_flight
+from drake_aerial.transport.trial import fly, prepare_flight
 from drake_aerial.transport.trial_result import TrialResult
 
 

@@ -24,9 +24,9 @@ import numpy as np
 
 from drake_aerial.plant.payload import Payload
 from drake_aerial.transport.beliefs import BELIEFS
+from drake_aerial.transport.flight import CONTROLLERS, Flight
 from drake_aerial.transport.station import StationParameters
 from drake_aerial.transport.suspension import Suspension
-from drake_aerial.transport.trial import CONTROLLERS, Flight
 
 OFFSETS = (0.0, 0.02, 0.05, 0.10, 0.15, 0.20)
 # Rows: group, controller, belief, offset of the contact along the box's long side [m].
