@@ -8,8 +8,8 @@ from drake_aerial.geometry import Array, Pose, axis_of
 from drake_aerial.transferring.local_surface import LocalSurface
 from drake_aerial.transferring.parameters import TransferParameters
 
-# A contact's own neighbourhood, whose points near the cable's foot are no obstacle [m].
-_FOOT = 0.03
+FOOT = 0.03
+"""The part of a cable next to its contact near which points are no obstacle [m]."""
 # Smallest part of the weight that a taut cable carries.
 _TAUT = 1e-3
 
@@ -63,7 +63,7 @@ def _cable_hits(X_NG: Pose, p_Q: Array, points: Array, clearance: float) -> bool
     offset = points - X_NG.p
     along = offset @ direction
     radial = np.linalg.norm(offset - along[:, None] * direction, axis=1)
-    return bool(np.any((along > _FOOT) & (along < length) & (radial < clearance)))
+    return bool(np.any((along > FOOT) & (along < length) & (radial < clearance)))
 
 
 def _too_close(p_Q: Array, separation: float) -> list[str]:
@@ -101,10 +101,8 @@ def load_shares(p_G: Array, p_Q: Array, centre: Array) -> Array | None:
     size = float(np.linalg.norm(p_G - mean, axis=1).max())
     if size < 1e-6:
         return None
-    _, spread, axes = np.linalg.svd((p_G - mean) / size)
     # Moments about the mean contact, over the size; only those that the contacts can take up.
-    line = len(spread) < 2 or spread[1] < 0.05
-    keep = axes[1:] if line else np.eye(3)
+    keep = moment_axes(p_G)
     arm = (p_G - mean) / size
     moments = np.cross(arm, direction) @ keep.T
     at = np.array([centre[0] - mean[0], centre[1] - mean[1], 0.0]) / size
@@ -114,3 +112,14 @@ def load_shares(p_G: Array, p_Q: Array, centre: Array) -> Array | None:
     if residual > 0.02:
         return None
     return tension / max(tension.sum(), 1e-12)
+
+
+def moment_axes(p_G: Array) -> Array:
+    """Return the axes (k, 3), in rows, about which contacts p_G (n, 3) [m] can take up a moment: all three, or the two
+    across the line on which they lie.
+    """
+    offset = p_G - p_G.mean(axis=0)
+    size = max(float(np.linalg.norm(offset, axis=1).max()), 1e-6)
+    _, spread, axes = np.linalg.svd(offset / size)
+    line = len(spread) < 2 or spread[1] < 0.05
+    return axes[1:] if line else np.eye(3)

@@ -15,6 +15,8 @@ from drake_aerial.transferring.query_density import Query
 # Weight gamma of the votes in J. Their density is blurred by the features' own spread, so that its log is shallow:
 # one vote's weight leaves the contact to the noise of the local surface.
 GAMMA = 3.0
+# Smallest scale of a formation that is considered.
+SMALLEST_SCALE = 0.05
 _Z = np.array([0.0, 0.0, 1.0])
 
 
@@ -92,4 +94,12 @@ class ContactLikelihood:
         overlap = np.sum(turned * (X_NG.p - origin[..., None, :]), axis=(-1, -2))
         trust = 1.0 / self.configuration.sigma_p**2
         prior = 1.0 / (self.prior.sigma * mean) ** 2
-        return np.maximum((overlap * trust + prior * mean) / (self._spread * trust + prior), 0.05)
+        return np.maximum((overlap * trust + prior * mean) / (self._spread * trust + prior), SMALLEST_SCALE)
+
+    @property
+    def scale_slope(self) -> float:
+        """Derivative [1/m^2] of an unbounded `scale` by the overlap sum_n R_z(yaw) p_FGn . (p_NGn - origin)."""
+        mean, trust = np.exp(self.prior.log_mean), 1.0 / self.configuration.sigma_p**2
+        if self._spread < 1e-12:
+            return 0.0
+        return float(trust / (self._spread * trust + 1.0 / (self.prior.sigma * mean) ** 2))

@@ -67,6 +67,8 @@ class NormalisedQuery:
         # Relative to the best candidate: C then tells how alike a place is, between zero and one.
         contact = np.exp(log_weights - log_weights.max()) / len(log_weights)
         self._weights = np.column_stack([contact, self._density.weights])
+        self._contact = PoseDensity(candidates, contact, sigma_p=sigma_p, sigma_q=sigma_q, axial=axial)
+        self._log_contact = float(np.log(contact.sum()))
         log_d = self._density.log_density(candidates)
         self._log_floor = float(np.log(floor) + np.median(log_d))
 
@@ -74,6 +76,14 @@ class NormalisedQuery:
         """Return log C (...) at gripper poses (...); `coarse` is faster, in single precision."""
         logs = (self._coarse if coarse else self._density).log_densities(X_NG, self._weights)
         return logs[..., 0] - np.logaddexp(logs[..., 1], self._log_floor)
+
+    def log_density_and_gradient(self, X_NG: Pose) -> tuple[Array, Array, Array]:
+        """Return log C (...) and its gradients by p (..., 3) [1/m] and by w (..., 3) [1/rad] of exp(w) R_NG."""
+        log_m, m_p, m_w = self._contact.log_density_and_gradient(X_NG)
+        log_d, d_p, d_w = self._density.log_density_and_gradient(X_NG)
+        log_sum = np.logaddexp(log_d, self._log_floor)
+        share = np.exp(log_d - log_sum)[..., None]
+        return log_m + self._log_contact - log_sum, m_p - share * d_p, m_w - share * d_w
 
 
 class ResampledQuery:
@@ -102,6 +112,10 @@ class ResampledQuery:
     def log_density(self, X_NG: Pose, coarse: bool = False) -> Array:
         """Return log Q (...) at gripper poses (...); `coarse` is faster, in single precision."""
         return (self._coarse if coarse else self._density).log_density(X_NG)
+
+    def log_density_and_gradient(self, X_NG: Pose) -> tuple[Array, Array, Array]:
+        """Return log Q (...) and its gradients by p (..., 3) [1/m] and by w (..., 3) [1/rad] of exp(w) R_NG."""
+        return self._density.log_density_and_gradient(X_NG)
 
 
 Query = NormalisedQuery | ResampledQuery
