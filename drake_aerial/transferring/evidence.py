@@ -62,9 +62,16 @@ class Evidence:
         return np.max(logs, axis=0)
 
     def log_surface(self, gripper: int = 0) -> Array:
-        """Return log(Q_n V^gamma) at every feature (N,): the heat map of where the gripper belongs."""
-        gamma = 0.0 if self.likelihood is None else self.likelihood.gamma
-        return self.log_query(gripper) + gamma * self.log_votes()
+        """Return at every feature (N,) how well the gripper belongs there, standing along the normal: the heat map.
+
+        For one gripper it is log J itself, gravity included; for one of several log(Q_n V^gamma) at the best yaw.
+        """
+        if self.likelihood is None:
+            return np.zeros(len(self.features))
+        if len(self.likelihood.queries) == 1:
+            X = self.features.pose
+            return self.likelihood(Pose(X.p[:, None], X.q[:, None]))
+        return self.log_query(gripper) + self.likelihood.gamma * self.log_votes()
 
     def votes_S(self) -> tuple[Array, Array]:
         """Return the votes' positions (M, 3) in S [m], at the cloud's top, and their weights (M,)."""
