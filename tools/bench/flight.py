@@ -42,7 +42,11 @@ LIMITS = {("mpc", "true", 0.0): (0.8, 0.95), ("mpc", "true", 0.1): (0.9, None), 
 def main() -> int:
     arguments = parse()
     seeds = range(arguments.first_seed, arguments.first_seed + arguments.seeds)
-    rows = [r for r in ROWS if r[0] in arguments.rows and r[1] in arguments.controllers]
+    rows = [
+        row
+        for row in ROWS
+        if row[0] in arguments.rows and row[1] in arguments.controllers and row[2] in arguments.beliefs
+    ]
     known: dict[tuple[str, str, float], dict[str, Any]] = {}
     print(f"seeds {seeds.start}..{seeds.stop - 1}, noise {100 * arguments.noise:g} cm, cable {arguments.cable}\n")
     print(
@@ -129,6 +133,7 @@ def parse() -> argparse.Namespace:
     groups = list(dict.fromkeys(row[0] for row in ROWS))
     parser.add_argument("--rows", nargs="+", choices=groups, default=groups)
     parser.add_argument("--controllers", nargs="+", choices=list(CONTROLLERS), default=list(CONTROLLERS))
+    parser.add_argument("--beliefs", nargs="+", choices=BELIEFS, default=list(BELIEFS))
     parser.add_argument("--seeds", type=int, default=10, help="how many (default: 10)")
     parser.add_argument("--first-seed", type=int, default=100, help="(default: 100)")
     parser.add_argument("--noise", type=float, default=0.01, help="of the measured position [m] (default: 0.01)")
