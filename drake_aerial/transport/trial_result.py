@@ -106,15 +106,16 @@ class TrialResult:
         """Return a few lines that say how the flight went."""
         m = self.metrics
 
-        def show(key: str, factor: float, unit: str) -> str:
-            return "none" if m[key] is None else f"{factor * m[key]:.2f} {unit}"
-
         ended = f" at {m['outcome_time_s']:.2f} s: {m['outcome_reason']}" if m["outcome_reason"] else ""
-        lines = [
-            f"{self.outcome}{ended}",
-            f"position RMSE {show('position_rmse_m', 100, 'cm')} (largest {show('position_max_m', 100, 'cm')}), "
-            f"circle alone {show('circle_position_rmse_m', 100, 'cm')}",
-            f"largest tilt {show('tilt_max_rad', 180 / np.pi, 'deg')}, mean thrust {show('thrust_mean_N', 1, 'N')}, "
-            f"largest tension {show('tension_max_N', 1, 'N')}",
-        ]
-        return "\n".join(lines)
+        if m["position_rmse_m"] is None:
+            return f"{self.outcome}{ended}\nnothing was flown that is scored"
+        circle = m["circle_position_rmse_m"]
+        alone = "" if circle is None else f", circle alone {100 * circle:.2f} cm"
+        return "\n".join(
+            [
+                f"{self.outcome}{ended}",
+                f"position RMSE {100 * m['position_rmse_m']:.2f} cm (largest {100 * m['position_max_m']:.2f} cm){alone}",
+                f"largest tilt {np.rad2deg(m['tilt_max_rad']):.1f} deg, mean thrust {m['thrust_mean_N']:.2f} N, "
+                f"largest tension {m['tension_max_N']:.2f} N",
+            ]
+        )
