@@ -22,13 +22,20 @@ if TYPE_CHECKING:
     from drake_aerial.perception.point_cloud import PointCloud
     from drake_aerial.perception.surface_features import SurfaceFeatures, compute_features
     from drake_aerial.perception.views import partial_view
+    from drake_aerial.plant.cable import add_cable
+    from drake_aerial.plant.gripper import add_gripper
     from drake_aerial.plant.payload import Payload
+    from drake_aerial.plant.payload_body import add_payload
+    from drake_aerial.plant.quadrotor import add_quadrotor
+    from drake_aerial.transferring.program import ContactProgram
+    from drake_aerial.transferring.refinement import refine
     from drake_aerial.transferring.solutions import ContactSolutions
     from drake_aerial.transferring.transfer import transfer
     from drake_aerial.transport.station import make_transport_station
     from drake_aerial.transport.trial import TrialResult, fly
 
 _HOMES = {
+    "ContactProgram": "transferring.program",
     "ContactSkill": "learning.skill",
     "ContactSolutions": "transferring.solutions",
     "Demonstration": "learning.demonstration",
@@ -41,6 +48,10 @@ _HOMES = {
     "PointCloud": "perception.point_cloud",
     "SurfaceFeatures": "perception.surface_features",
     "TrialResult": "transport.trial",
+    "add_cable": "plant.cable",
+    "add_gripper": "plant.gripper",
+    "add_payload": "plant.payload_body",
+    "add_quadrotor": "plant.quadrotor",
     "compute_features": "perception.surface_features",
     "fly": "transport.trial",
     "learn": "learning.learn",
@@ -48,11 +59,13 @@ _HOMES = {
     "partial_view": "perception.views",
     "read_scan": "named_inputs",
     "read_skill": "named_inputs",
+    "refine": "transferring.refinement",
     "run_demo": "demo",
     "transfer": "transferring.transfer",
 }
 
 __all__ = [
+    "ContactProgram",
     "ContactSkill",
     "ContactSolutions",
     "Demonstration",
@@ -65,6 +78,10 @@ __all__ = [
     "PointCloud",
     "SurfaceFeatures",
     "TrialResult",
+    "add_cable",
+    "add_gripper",
+    "add_payload",
+    "add_quadrotor",
     "compute_features",
     "fly",
     "learn",
@@ -72,6 +89,7 @@ __all__ = [
     "partial_view",
     "read_scan",
     "read_skill",
+    "refine",
     "run_demo",
     "transfer",
 ]

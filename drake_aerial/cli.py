@@ -95,6 +95,9 @@ def _parser() -> argparse.ArgumentParser:
         metavar=("X", "Y", "Z"),
         help="against gravity (default: 0 0 1)",
     )
+    transfer.add_argument(
+        "--refine", action="store_true", help="improve each solution by a MathematicalProgram; never makes one worse"
+    )
     transfer.add_argument("--html", type=Path, metavar="FILE", help="also write a page that shows the contacts")
     transfer.add_argument("--json", action="store_true", help="print the contacts as JSON on stdout")
     transfer.set_defaults(run=_transfer)
@@ -169,6 +172,10 @@ def _transfer(arguments: argparse.Namespace) -> int:
         solutions = transfer(
             skill, cloud, method=arguments.method, top=arguments.top, seed=arguments.seed, progress=progress
         )
+        if arguments.refine:
+            from drake_aerial import refine
+
+            solutions = refine(skill, solutions, progress=progress)
     solutions.write(arguments.out)
     if arguments.html:
         from drake_aerial.drawing.views import write_contacts_page

@@ -275,3 +275,13 @@ def test_fly_writes_the_contracts_files(workshop, run, tmp_path):
 
 def test_learning_from_python_is_the_same(workshop):
     assert learn(Demonstration.read("flat")).to_bytes() == (workshop / "skill.npz").read_bytes()
+
+
+def test_refining_keeps_the_contract_and_loses_nothing(workshop, run, tmp_path):
+    plain = json.loads((workshop / "contacts.json").read_text())
+    arguments = ("transfer", workshop / "skill.npz", workshop / CLOUD, "--refine", "--out", tmp_path / "refined.json")
+    assert run(*arguments)[0] == 0
+    refined = json.loads((tmp_path / "refined.json").read_text())
+    assert refined["timing"]["refine_s"] > 0
+    assert refined["solutions"][0]["log_likelihood"] >= plain["solutions"][0]["log_likelihood"] - 1e-9
+    assert all(solution["feasible"] for solution in refined["solutions"])
