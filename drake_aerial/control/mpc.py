@@ -77,8 +77,10 @@ class PayloadMpc(PayloadController):
 
     | port | size | meaning |
     |---|---|---|
-    | out `diagnostics` | 4 | QP iterations (0: no bound active), active bounds, largest deviation of a state from its
-    prediction [SI], norm of the first step's correction [N] |
+    | out `diagnostics` | 4 | QP iterations, active bounds, prediction error [m], correction [N] |
+
+    Without an active bound there are no iterations; the prediction error is that of the CoM's position since the
+    last tick, the correction the size of the first input's change.
 
     How long steps take is a measurement, not a state: `step_seconds` holds the CPU times of the last ones.
 

@@ -18,7 +18,7 @@ QUADROTOR_INERTIA = np.diag([6e-4, 5e-4, 1e-3])
 class LightPlant(LeafSystem):
     """Discrete plant: quadrotors as rigid bodies in attitude, as the model's point masses in position."""
 
-    def __init__(self, model, x, propellers, step=0.002):
+    def __init__(self, model, x, propellers, step):
         super().__init__()
         n = model.n
         self.model, self.step, self.propellers = model, step, propellers
@@ -109,7 +109,7 @@ def hanging(model, p_L, R=None):
     )
 
 
-def fly(controller, truth, x, reference, seconds, noise=0.0, seed=0, propellers=None, sensor_period=0.02):
+def fly(controller, truth, x, reference, seconds, noise=0.0, seed=0, propellers=None, sensor_period=0.02, step=0.004):
     """Simulate; return the log as arrays, with the reference's position beside the payload's.
 
     Without a `sensor_period` the controller reads the exact state of the moment.
@@ -117,7 +117,7 @@ def fly(controller, truth, x, reference, seconds, noise=0.0, seed=0, propellers=
     n = truth.n
     propellers = propellers or [CROSS] * n
     builder = DiagramBuilder()
-    plant = builder.AddSystem(LightPlant(truth, x, propellers))
+    plant = builder.AddSystem(LightPlant(truth, x, propellers, step))
     sensor = None if sensor_period is None else builder.AddSystem(Sensor(n, noise, seed, sensor_period))
     controller = builder.AddSystem(controller)
     attitude = builder.AddSystem(AttitudeController(propellers, QUADROTOR_INERTIA))

@@ -57,7 +57,7 @@ def test_a_narrow_view_is_kept_at_the_price_of_tracking():
         x = hanging(model, dash.start)._replace(xi=reference_table(model, dash).at([-1.0]).xi)
         log = fly(controller, model, x, dash, 2.4)
         angles = []
-        for state in log["x"][25:]:  # the first thrusts set the plant in motion
+        for state in log["x"][15:]:  # the first thrusts set the plant in motion
             violation, _ = view_violation(model, state, tangent_basis(state.xi), 0.0)
             angles.append(np.arccos(1.0 - violation[0, 0]))
         widest.append(np.rad2deg(max(angles)))

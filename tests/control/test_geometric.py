@@ -118,7 +118,7 @@ def test_the_published_law_errs_as_two_independent_simulators_found():
     model = PayloadModelParameters(0.25, INERTIA, THREE)
     circle = TransportTrajectory.airborne(start=(1.0, 0.0, 1.0), timing="constant", hover_time=2.0)
     controller = GeometricController(model, period=0.01, offset=0.0, position_filter=PositionFilter(0.0))
-    log = fly(controller, model, hanging(model, [1.0, 0.0, 1.0]), circle, 14.0, sensor_period=None)
+    log = fly(controller, model, hanging(model, [1.0, 0.0, 1.0]), circle, 14.0, sensor_period=None, step=0.002)
     during = log["t"] < 12.0
     assert np.sqrt((log["error"][during] ** 2).mean()) == pytest.approx(0.137, abs=0.002)
     assert log["error"].max() == pytest.approx(0.480, abs=0.005)
