@@ -28,9 +28,7 @@ def test_equals_the_sum_of_its_kernels(axial):
     else:
         rotation = log_theta(x.q[:, None], k.q, 0.4)
     terms = np.log(density.weights) + log_gaussian(x.p[:, None], k.p, 0.03) + rotation
-    np.testing.assert_allclose(
-        density.log_density(x), np.logaddexp.reduce(terms, axis=1), rtol=1e-9, atol=1e-9
-    )
+    np.testing.assert_allclose(density.log_density(x), np.logaddexp.reduce(terms, axis=1), rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.parametrize(("axial", "measure"), [(False, 2 * np.pi**2), (True, 4 * np.pi)])
@@ -50,9 +48,7 @@ def test_is_antipodally_symmetric():
     rng = np.random.default_rng(2)
     density = make(rng)
     x = density.sample(50, rng)
-    np.testing.assert_allclose(
-        density.log_density(x), density.log_density(Pose(x.p, -x.q)), rtol=0, atol=1e-12
-    )
+    np.testing.assert_allclose(density.log_density(x), density.log_density(Pose(x.p, -x.q)), rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("axial", [False, True])
@@ -119,8 +115,6 @@ def test_memory_is_bounded_however_many_poses():
 def test_single_precision_is_close():
     rng = np.random.default_rng(9)
     poses = Pose(rng.uniform(-0.5, 0.5, (200, 3)), random_rotation(rng, 200))
-    exact, single = (
-        PoseDensity(poses, sigma_p=0.02, sigma_q=0.26, axial=True, single=s) for s in (False, True)
-    )
+    exact, single = (PoseDensity(poses, sigma_p=0.02, sigma_q=0.26, axial=True, single=s) for s in (False, True))
     x = exact.sample(500, rng)
     np.testing.assert_allclose(single.log_density(x), exact.log_density(x), atol=5e-3)

@@ -35,9 +35,7 @@ def test_gradients_equal_finite_differences():
     np.testing.assert_allclose(value, density.log_density(x, r), rtol=1e-12)
     h = 1e-6
     for i, step in enumerate(h * np.eye(3)):
-        difference = density.log_density(Pose(x.p + step, x.q), r) - density.log_density(
-            Pose(x.p - step, x.q), r
-        )
+        difference = density.log_density(Pose(x.p + step, x.q), r) - density.log_density(Pose(x.p - step, x.q), r)
         np.testing.assert_allclose(g_p[:, i], difference / (2 * h), rtol=1e-5, atol=1e-4)
         plus, minus = quat_multiply(quat_exp(step), x.q), quat_multiply(quat_exp(-step), x.q)
         difference = density.log_density(Pose(x.p, plus), r) - density.log_density(Pose(x.p, minus), r)
@@ -75,6 +73,4 @@ def test_kernels_are_drawn_by_their_likelihood_of_the_descriptor():
     square = np.sum((density.descriptor - r) ** 2, axis=1)
     expected = density.weights * np.exp(-square / (2 * 0.3**2))
     drawn = density.sample_kernels(np.broadcast_to(r, (20_000, 2)), rng)
-    np.testing.assert_allclose(
-        np.bincount(drawn, minlength=3) / 20_000, expected / expected.sum(), atol=0.015
-    )
+    np.testing.assert_allclose(np.bincount(drawn, minlength=3) / 20_000, expected / expected.sum(), atol=0.015)
