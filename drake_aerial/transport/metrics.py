@@ -29,7 +29,7 @@ def flight_metrics(series: Series, names: tuple[str, ...], weight: float) -> dic
     -------
     dict
         `*_rmse_*`: root of the mean over time of the squared length of the error vector; `circle_position_rmse_m` over the circle alone;
-        thrust and moment per quadrotor; `slack_fraction` and `saturated_fraction` of all samples from tensioning on;
+        thrust and moment per quadrotor, tension of samples every 10 ms; `slack_fraction` and `saturated_fraction` of all samples from tensioning on;
         `phases`: name to [start, end] as flown [s]. None where nothing was flown that could be scored.
     """
     phase, time = series["phase"], series["time"]
