@@ -35,8 +35,8 @@ class Differentiable:
         self.value_and_jacobian, self._scalar = value_and_jacobian, scalar
 
     def __call__(self, x: Any) -> Any:
-        """Return the value at x (D,), in x's own scalar type."""
-        x = np.asarray(x)
+        """Return the value at x (D,), or a column (D, 1), in x's own scalar type."""
+        x = np.asarray(x).ravel()
         if x.dtype != object:
             value = self.value_and_jacobian(np.asarray(x, float))[0]
             return float(value[0]) if self._scalar else value
