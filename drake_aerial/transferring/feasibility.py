@@ -81,6 +81,7 @@ def load_shares(p_G: Array, p_Q: Array, centre: Array) -> Array | None:
 
     Among the non-negative tensions along the cables that balance weight and moment about the believed
     centre, those with the smallest residual; None where a residual of over 2 % of weight times size remains.
+    Where many do (four cables, or three on a line), the smallest in norm, or those whose least is the largest.
     One or two contacts let the payload swing about the line through them, which takes that moment out of the
     balance.
 
@@ -111,7 +112,31 @@ def load_shares(p_G: Array, p_Q: Array, centre: Array) -> Array | None:
     tension, residual = nnls(matrix, load)
     if residual > 0.02:
         return None
+    if np.linalg.matrix_rank(matrix, tol=1e-6) < n:
+        tension = _shared(matrix, tension)
     return tension / max(tension.sum(), 1e-12)
+
+
+def _shared(matrix: Array, tension: Array) -> Array:
+    """Return tensions (n,) with the same forces and moments as `tension`, of which there are many: the smallest in
+    norm, or, if that leaves a cable slack, those whose least is the largest.
+    """
+    from scipy.optimize import linprog
+
+    balance = matrix @ tension
+    smallest = np.linalg.lstsq(matrix, balance, rcond=1e-6)[0]
+    if smallest.min() >= _TAUT * smallest.sum():
+        return smallest
+    n = len(tension)
+    # Unknowns: the tensions, and a lower bound of all of them.
+    best = linprog(
+        np.append(np.zeros(n), -1.0),
+        A_ub=np.hstack([-np.eye(n), np.ones((n, 1))]),
+        b_ub=np.zeros(n),
+        A_eq=np.column_stack([matrix, np.zeros(len(matrix))]),
+        b_eq=balance,
+    )
+    return best.x[:n] if best.success else tension
 
 
 def moment_axes(p_G: Array) -> Array:

@@ -74,5 +74,21 @@ def test_load_shares_of_three_cables_are_barycentric():
     assert load_shares(p, p + UP, np.array([-0.4, 0.0])) is None
 
 
+def test_redundant_cables_share_the_load():
+    angle = np.arange(6) * np.pi / 3.0
+    p = np.stack([0.4 * np.cos(angle), 0.4 * np.sin(angle), np.zeros(6)], axis=1)
+    np.testing.assert_allclose(load_shares(p, p + UP, np.zeros(2)), 1.0 / 6.0, atol=1e-9)
+    # Three on a line, the centre beside the middle one.
+    bar = np.array([[-0.3, 0, 0], [0.0, 0, 0], [0.3, 0, 0]])
+    share = load_shares(bar, bar + UP, np.array([0.06, 0.0]))
+    assert share.min() > 0.2
+    assert share @ bar[:, 0] == pytest.approx(0.06)
+    # Far off the middle: the smallest tensions in norm would be negative, yet all can be taut.
+    share = load_shares(p, p + UP, np.array([0.3, 0.0]))
+    assert share.min() > 0.01
+    np.testing.assert_allclose(share @ p, [0.3, 0.0, 0.0], atol=1e-9)
+    assert load_shares(p, p + UP, np.array([0.45, 0.0])) is None
+
+
 def test_one_cable_carries_everything():
     np.testing.assert_array_equal(load_shares(np.zeros((1, 3)), UP[None], np.array([0.2, 0.0])), [1.0])
