@@ -124,7 +124,7 @@ def _shared(matrix: Array, tension: Array) -> Array:
     from scipy.optimize import linprog
 
     balance = matrix @ tension
-    smallest = np.linalg.lstsq(matrix, balance, rcond=1e-6)[0]
+    smallest: Array = np.asarray(np.linalg.lstsq(matrix, balance, rcond=1e-6)[0], float)
     if smallest.min() >= _TAUT * smallest.sum():
         return smallest
     n = len(tension)
@@ -136,7 +136,7 @@ def _shared(matrix: Array, tension: Array) -> Array:
         A_eq=np.column_stack([matrix, np.zeros(len(matrix))]),
         b_eq=balance,
     )
-    return best.x[:n] if best.success else tension
+    return np.asarray(best.x[:n], float) if best.success else tension
 
 
 def moment_axes(p_G: Array) -> Array:
