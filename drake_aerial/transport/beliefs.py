@@ -14,12 +14,15 @@ from drake_aerial.plant.cable import CableParameters
 from drake_aerial.plant.gripper import GripperParameters
 from drake_aerial.plant.payload import Payload
 from drake_aerial.plant.quadrotor import QuadrotorParameters
+from drake_aerial.transport.station_parameters import each
 
 BELIEFS = ("below_contact", "geometric", "true")
 _THINNEST = 0.02
 
 
-def suspended_properties(payload: Payload, p_LC: Array, gripper: GripperParameters) -> tuple[float, Array, Array]:
+def suspended_properties(
+    payload: Payload, p_LC: Array, gripper: GripperParameters | Sequence[GripperParameters]
+) -> tuple[float, Array, Array]:
     """Return mass [kg], centre of mass (3,) in L [m] and inertia (3, 3) about it [kg m^2] of payload and n grippers.
 
     Parameters
@@ -28,9 +31,9 @@ def suspended_properties(payload: Payload, p_LC: Array, gripper: GripperParamete
         In L.
     p_LC : (n, 3) array
         Contacts, where the grippers count as points [m].
-    gripper : GripperParameters
+    gripper : GripperParameters, or a sequence of n
     """
-    masses = np.concatenate([[payload.mass], np.full(len(p_LC), gripper.mass)])
+    masses = np.array([payload.mass] + [g.mass for g in each(gripper, len(p_LC), "grippers")])
     points = np.concatenate([payload.com[None], p_LC])
     total = float(masses.sum())
     com = masses @ points / total
@@ -47,8 +50,8 @@ def believed_model(
     *,
     scan_L: ArrayLike | None = None,
     quadrotors: Sequence[QuadrotorParameters],
-    cable: CableParameters,
-    gripper: GripperParameters,
+    cable: CableParameters | Sequence[CableParameters],
+    gripper: GripperParameters | Sequence[GripperParameters],
 ) -> PayloadModelParameters:
     """Return the model that a controller is given under a belief; the beliefs differ in where mass is, and in nothing else.
 
@@ -66,7 +69,7 @@ def believed_model(
     scan_L : (N, 3), optional
         What was seen of the payload, in L, z up [m]; all of its surface by default.
     quadrotors, cable, gripper :
-        The n quadrotors, their cables and grippers, all known.
+        The n quadrotors, their cables and grippers, all known; one cable or gripper stands for n equal ones.
 
     Raises
     ------
@@ -93,7 +96,7 @@ def believed_model(
         p_LC=contacts,
         p_LLcm=com,
         quadrotor_mass=np.array([q.mass for q in quadrotors]),
-        cable_length=np.full(len(contacts), cable.length),
+        cable_length=np.array([c.length for c in each(cable, len(contacts), "cables")]),
         min_thrust=limits[:, 0],
         max_thrust=limits[:, 1],
     )

@@ -26,7 +26,8 @@ from drake_aerial.transport.beliefs import BELIEFS, believed_model
 from drake_aerial.transport.metrics import flight_metrics
 from drake_aerial.transport.outcome import FlightMonitor, Progress
 from drake_aerial.transport.recording import phase_names, record
-from drake_aerial.transport.station import StationParameters, TransportStation, make_transport_station
+from drake_aerial.transport.station import TransportStation, make_transport_station
+from drake_aerial.transport.station_parameters import StationParameters
 from drake_aerial.transport.suspension import Suspension
 from drake_aerial.transport.trial_result import SCHEMA, VERSION, TrialResult
 
@@ -79,7 +80,7 @@ class Flight:
             suspension.payload,
             suspension.p_LC,
             scan_L=suspension.scan_L,
-            quadrotors=[parameters.quadrotor] * len(suspension.p_LC),
+            quadrotors=parameters.quadrotors(len(suspension.p_LC)),
             cable=parameters.cable,
             gripper=parameters.gripper,
         )
@@ -164,7 +165,7 @@ class Flight:
             "configuration": self.configuration,
         }
         payload, n = self.suspension.payload, station.n
-        length = np.full(n, station.parameters.cable.length)
+        length = station.parameters.cable_lengths(n)
         return TrialResult(metrics, series, names, payload.vertices, payload.faces, station.p_LC, length)
 
 

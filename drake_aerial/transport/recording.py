@@ -51,12 +51,13 @@ def record(station: TransportStation, context: Context, trajectory: Trajectory) 
     keep = np.isfinite(payload[:count]).all(axis=1) & np.isfinite(logs[0][:count]).all(axis=1)
     time, payload = time[:count][keep], payload[:count][keep]
     quadrotors, tension, commands, control = (log[:count][keep] for log in logs)
-    n, parameters = station.n, station.parameters.quadrotor
+    n = station.n
+    team = station.parameters.quadrotors(n)
     quadrotors, commands = quadrotors.reshape(-1, n, 13), commands.reshape(-1, n, 4)
     R_WL = matrix_from_quat(payload[:, :4])
     desired = trajectory.sample(time)
-    wrench = commands @ parameters.allocation.T
-    low, high = parameters.command_limits
+    wrench = np.einsum("nij,tnj->tni", np.stack([q.allocation for q in team]), commands)
+    low, high = np.array([q.command_limits for q in team]).T[:, :, None]
     at_limit = (commands <= low * (1.0 + 1e-9)) | (commands >= high * (1.0 - 1e-9))
     return {
         "time": time,

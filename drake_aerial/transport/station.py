@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,42 +19,20 @@ from drake_aerial.control.attitude import AttitudeController
 from drake_aerial.control.trajectory import Trajectory
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, quat_from_two_vectors
-from drake_aerial.plant.cable import CableParameters, add_cable, check_elastic_step, tension_matrix
+from drake_aerial.plant.cable import add_cable, check_elastic_step, tension_matrix
 from drake_aerial.plant.cable_forces import connect_cables
-from drake_aerial.plant.gripper import GripperParameters, add_gripper
+from drake_aerial.plant.gripper import add_gripper
 from drake_aerial.plant.payload import Payload
 from drake_aerial.plant.payload_body import add_payload
-from drake_aerial.plant.quadrotor import QuadrotorParameters, add_quadrotor, connect_propellers
+from drake_aerial.plant.quadrotor import add_quadrotor, connect_propellers
 from drake_aerial.plant.scene import GRAVITY, add_ground, add_plant
 from drake_aerial.transport.beliefs import suspended_properties
+from drake_aerial.transport.lifting import check_lift, level_tensions
 from drake_aerial.transport.perception_system import PayloadPerception
+from drake_aerial.transport.station_parameters import StationParameters
 
 LOG_PERIOD = 0.01
 """Of the logs of a station [s]."""
-
-
-@dataclass(frozen=True)
-class StationParameters:
-    """Everything about a station but the payload, the contacts and the controller."""
-
-    quadrotor: QuadrotorParameters = field(default_factory=QuadrotorParameters)
-    """Of each quadrotor."""
-    cable: CableParameters = field(default_factory=CableParameters)
-    """Of each cable."""
-    gripper: GripperParameters = field(default_factory=GripperParameters)
-    """Of each gripper."""
-    time_step: float = 0.002
-    """Of the plant [s]."""
-    perception_period: float = 0.02
-    """[s]"""
-    noise: float = 0.01
-    """Standard deviation of the payload's measured position, per coordinate [m]."""
-    measured_directions: bool = True
-    """Whether cable directions are measured on their own, or inferred from the noisy payload position."""
-    initial_slack: float = 0.05
-    """How much closer to its contact than the cable's length a quadrotor starts [m]."""
-    airborne_height: float = 1.0
-    """How high a payload starts that does not start on the ground [m]."""
 
 
 class TransportStation(Diagram):
@@ -98,13 +76,14 @@ class TransportStation(Diagram):
         self.ground = add_ground(self.plant)
         self.payload_body = add_payload(self.plant, payload)
         names = ("",) if n == 1 else tuple(f"_{i}" for i in range(n))
-        self.quadrotors = [add_quadrotor(self.plant, parameters.quadrotor, f"quadrotor{k}") for k in names]
+        self.quadrotors = [
+            add_quadrotor(self.plant, p, f"quadrotor{k}") for p, k in zip(parameters.quadrotors(n), names, strict=True)
+        ]
+        cables, grippers = parameters.cables(n), parameters.grippers(n)
         self.cables = []
         for i, k in enumerate(names):
-            gripper = add_gripper(
-                self.plant, self.payload_body, contacts[i], normals[i], parameters.gripper, f"gripper{k}"
-            )
-            self.cables.append(add_cable(self.plant, self.quadrotors[i], gripper, parameters.cable, f"cable{k}"))
+            gripper = add_gripper(self.plant, self.payload_body, contacts[i], normals[i], grippers[i], f"gripper{k}")
+            self.cables.append(add_cable(self.plant, self.quadrotors[i], gripper, cables[i], f"cable{k}"))
         self.plant.Finalize()
         self._logs: dict[str, VectorLogSink] = {}
         self._wire(builder)
@@ -131,15 +110,19 @@ class TransportStation(Diagram):
         builder.Connect(payload_state, self.perception.GetInputPort("payload_state"))
         builder.Connect(quadrotor_states, self.perception.GetInputPort("quadrotor_states"))
 
-        q = parameters.quadrotor
-        propellers = Allocation(
-            q.propeller_positions,
-            q.thrust_coefficient,
-            q.thrust_coefficient * q.drag_ratio * q.propeller_spins,
-            q.min_rpm,
-            q.max_rpm,
-        )
-        self.attitude = builder.AddNamedSystem("attitude", AttitudeController([propellers] * n, np.diag(q.inertia)))
+        team = parameters.quadrotors(n)
+        propellers = [
+            Allocation(
+                q.propeller_positions,
+                q.thrust_coefficient,
+                q.thrust_coefficient * q.drag_ratio * q.propeller_spins,
+                q.min_rpm,
+                q.max_rpm,
+            )
+            for q in team
+        ]
+        inertia = np.stack([np.diag(q.inertia) for q in team])
+        self.attitude = builder.AddNamedSystem("attitude", AttitudeController(propellers, inertia))
         builder.Connect(quadrotor_states, self.attitude.GetInputPort("quadrotor_states"))
         commands, forces = connect_propellers(builder, plant, self.quadrotors)
         builder.Connect(self.attitude.GetOutputPort("propeller_commands"), commands)
@@ -205,16 +188,18 @@ class TransportStation(Diagram):
         airborne = reference is not None and bool(reference.phases) and reference.phases[0].name != "ground"
         parameters = self.parameters
         X_WL = RigidTransform([0.0, 0.0, self.payload_body.rest_height])
-        reach = np.full(self.n, parameters.cable.length - parameters.initial_slack)
+        length = parameters.cable_lengths(self.n)
+        reach = length - parameters.initial_slack
         if airborne:
-            mass, com, _ = suspended_properties(self.payload, self.p_LC, parameters.gripper)
+            mass, com, _ = suspended_properties(self.payload, self.p_LC, parameters.grippers(self.n))
             X_WL = RigidTransform(X_WL.translation() + [0.0, 0.0, parameters.airborne_height])
             if self.n == 1:
                 q = quat_from_two_vectors(_unit(com - self.p_LC[0]), [0.0, 0.0, -1.0])
                 X_WL = RigidTransform(Quaternion(q), X_WL.translation())
-            reach = np.full(self.n, parameters.cable.length)
-            if parameters.cable.kind == "elastic":
-                reach += mass * GRAVITY / (self.n * parameters.cable.stiffness)
+            reach = length
+            cables = parameters.cables(self.n)
+            if cables[0].kind == "elastic":
+                reach = reach + level_tensions(self.p_LC - com, mass * GRAVITY) / [c.stiffness for c in cables]
         poses = [(self.payload_body.body, X_WL)]
         for quadrotor, contact, height in zip(self.quadrotors, self.p_LC, reach, strict=True):
             poses.append((quadrotor.body, RigidTransform(X_WL @ contact + [0.0, 0.0, height])))
@@ -279,22 +264,21 @@ def _check(payload: Payload, contacts: Array, parameters: StationParameters) -> 
         raise InputError(f"contacts of shape {contacts.shape} given; (n, 3) finite numbers, n >= 1, accepted")
     if not (np.isfinite(parameters.time_step) and 0.0 < parameters.time_step <= 0.01):
         raise InputError(f"a time step of {parameters.time_step!r} s; above 0 and at most 0.01 s accepted")
-    if not 0.0 <= parameters.initial_slack < 0.9 * parameters.cable.length:
+    shortest = float(parameters.cable_lengths(n).min())
+    if not 0.0 <= parameters.initial_slack < 0.9 * shortest:
         raise InputError(
-            f"an initial slack of {parameters.initial_slack!r} m; at least 0 and less than 0.9 of the cable's "
-            f"{parameters.cable.length:g} m accepted"
+            f"an initial slack of {parameters.initial_slack!r} m; at least 0 and less than 0.9 of the shortest cable's "
+            f"{shortest:g} m accepted"
         )
-    quadrotor, cable = parameters.quadrotor, parameters.cable
-    mass, com, inertia = suspended_properties(payload, contacts, parameters.gripper)
-    link = cable.link_mass if cable.kind == "inextensible" else 0.0
-    weight = GRAVITY * (mass + n * (quadrotor.mass + link))
-    lift = n * quadrotor.thrust_limits[1]
-    if lift <= weight:
-        raise InputError(
-            f"the propellers of {n} quadrotor(s) push with {lift:.2f} N at most, the weight of all that flies is "
-            f"{weight:.2f} N (payload {payload.mass:g} kg); a lighter payload or stronger propellers accepted"
-        )
-    if cable.kind == "elastic":
+    quadrotors, cables = parameters.quadrotors(n), parameters.cables(n)
+    mass, com, inertia = suspended_properties(payload, contacts, parameters.grippers(n))
+    check_lift(payload, contacts - com, mass, quadrotors, cables)
+    if cables[0].kind == "elastic":
         down = np.tile([0.0, 0.0, -1.0], (n, 1))
-        matrix = tension_matrix(np.full(n, quadrotor.mass), mass, inertia, contacts - com, down)
-        check_elastic_step(cable, parameters.time_step, float(np.linalg.eigvalsh(matrix).max()))
+        masses = np.array([quadrotor.mass for quadrotor in quadrotors])
+        matrix = tension_matrix(masses, mass, inertia, contacts - com, down)
+        # Unequal cables are as stable as equal ones of the largest values at least.
+        stiffest = replace(
+            cables[0], stiffness=max(c.stiffness for c in cables), damping=max(c.damping for c in cables)
+        )
+        check_elastic_step(stiffest, parameters.time_step, float(np.linalg.eigvalsh(matrix).max()))

@@ -12,7 +12,7 @@ from drake_aerial.plant.cable import CableParameters
 from drake_aerial.plant.payload import Payload
 from drake_aerial.transport.flight import Flight
 from drake_aerial.transport.outcome import Progress
-from drake_aerial.transport.station import StationParameters
+from drake_aerial.transport.station_parameters import StationParameters
 from drake_aerial.transport.suspension import Suspension, read_scan
 from drake_aerial.transport.trial_result import TrialResult
 
@@ -61,8 +61,10 @@ def prepare_flight(
     )
     parameters = StationParameters() if parameters is None else parameters
     if cable is not None:
-        given = cable if isinstance(cable, CableParameters) else replace(parameters.cable, kind=cable)
-        parameters = replace(parameters, cable=given)
+        if isinstance(cable, CableParameters):
+            parameters = replace(parameters, cable=cable)
+        else:
+            parameters = parameters.with_cable_kind(cable)
     if noise is not None:
         parameters = replace(parameters, noise=noise)
     return Flight(
