@@ -69,8 +69,12 @@ def write_picture_page(
         meshcat.SetProperty("/Background", "visible", False)
         meshcat.SetProperty("/Axes", "visible", False)
         meshcat.SetProperty("/Grid", "visible", False)
+        # Meshcat's own lights wash out matt colours.
+        meshcat.SetProperty("/Lights/AmbientLight/<object>", "intensity", 0.45)
+        meshcat.SetProperty("/Lights/FillLight/<object>", "intensity", 0.25)
+        meshcat.SetProperty("/Lights/PointLightPositiveX/<object>", "intensity", 0.25)
         direction = np.array([0.62, -0.62, 0.48])
-        meshcat.SetCameraPose(center + 2.0 * radius * direction, center)
+        meshcat.SetCameraPose(center + 1.7 * radius * direction, center)
         page = meshcat.StaticHtml()
     write_text(path, add_card(page, card(title, legend, text), title))
 
