@@ -15,8 +15,11 @@ from drake_aerial.errors import InputError
 
 Array = NDArray[np.float64]
 
-TIMINGS = ("quintic", "constant")
-_QUINTIC = np.polynomial.Polynomial([0.0, 0.0, 0.0, 10.0, -15.0, 6.0])
+TIMINGS = ("smooth", "quintic", "constant")
+_POLYNOMIALS = {
+    "smooth": np.polynomial.Polynomial([0.0, 0.0, 0.0, 0.0, 0.0, 126.0, -420.0, 540.0, -315.0, 70.0]),
+    "quintic": np.polynomial.Polynomial([0.0, 0.0, 0.0, 10.0, -15.0, 6.0]),
+}
 
 
 def timing_law(timing: str, tau: Array) -> Array:
@@ -25,8 +28,8 @@ def timing_law(timing: str, tau: Array) -> Array:
     Parameters
     ----------
     timing : str
-        "quintic" (velocity and acceleration vanish at both ends) or "constant" (constant rate, which
-        starts and ends with a velocity step).
+        "quintic" (velocity and acceleration vanish at both ends), "smooth" (jerk and snap do too, so that thrust
+        directions have no step there), or "constant" (constant rate, which starts and ends with a velocity step).
     tau : (B,) array
         Normalised time in [0, 1].
 
@@ -35,8 +38,9 @@ def timing_law(timing: str, tau: Array) -> Array:
     (5, B) array
         Derivative stack.
     """
-    if timing == "quintic":
-        return np.stack([(_QUINTIC.deriv(k) if k else _QUINTIC)(tau) for k in range(5)])
+    if timing in _POLYNOMIALS:
+        s = _POLYNOMIALS[timing]
+        return np.stack([(s.deriv(k) if k else s)(tau) for k in range(5)])
     if timing == "constant":
         return np.stack([tau, np.ones_like(tau), *(np.zeros_like(tau) for _ in range(3))])
     raise InputError(f"timing {timing!r} is not known: give one of {', '.join(TIMINGS)}")

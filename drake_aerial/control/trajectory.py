@@ -162,7 +162,7 @@ class LineTrajectory(Trajectory):
 
     displacement: Point = (2.0, 0.0, 0.0)
     line_time: float = 4.0
-    timing: str = "quintic"
+    timing: str = "smooth"
     ground_time: float = 2.0
     lift_time: float = 3.0
     lift_height: float = 1.0
@@ -183,7 +183,7 @@ class LineTrajectory(Trajectory):
 class WaypointTrajectory(Trajectory):
     """Take off, visit `waypoints` (relative to where the lift ends) [m], `leg_times` [s] each, then hover.
 
-    Every leg starts and ends at rest with quintic timing.
+    Every leg starts and ends at rest with smooth timing.
     """
 
     waypoints: tuple[Point, ...] = ((1.0, 0.0, 0.0), (1.0, 1.0, 0.5), (0.0, 0.0, 0.0))
@@ -211,7 +211,9 @@ class WaypointTrajectory(Trajectory):
             raise InputError(f"leg_times has {len(times)} entries for {len(self.waypoints)} waypoints: give as many")
         for waypoint, seconds in zip(self.waypoints, times):
             there = base + np.array(waypoint)
-            chain.append(Line("waypoints", _number("leg_times", seconds, low=1e-3), tuple(here), tuple(there)))
+            chain.append(
+                Line("waypoints", _number("leg_times", seconds, low=1e-3), tuple(here), tuple(there), "smooth")
+            )
             here = there
         return [*chain, _rest("hover", _number("hover_time", self.hover_time), tuple(here))]
 
@@ -231,7 +233,8 @@ class TransportTrajectory(Trajectory):
     radius, turns, circle_time : float
         The circle [m], how many times, and the time for all turns [s].
     timing : str
-        "quintic" (starts and ends at rest), or "constant" rate (a velocity step at both ends).
+        Of the circle: "quintic" (starts and ends at rest), "smooth" (with jerk and snap at rest too), or "constant" rate (a velocity
+        step at both ends). Lift and approach are smooth.
     heading : float
         Azimuth of the circle's first point as seen from its centre [rad].
     hover_time : float
@@ -262,7 +265,7 @@ class TransportTrajectory(Trajectory):
         here = chain[-1].end if chain else np.array(self.start)
         if _number("approach_time", self.approach_time) > 0.0:
             there = here + _point("approach", self.approach)
-            chain.append(Line("approach", self.approach_time, tuple(here), tuple(there)))
+            chain.append(Line("approach", self.approach_time, tuple(here), tuple(there), "smooth"))
             here = there
         radius = _number("radius", self.radius)
         heading = _number("heading", self.heading, low=-np.inf)
@@ -280,7 +283,7 @@ def _take_off(start: Point, ground_time: float, lift_time: float, lift_height: f
         chain.append(_rest("ground", ground_time, start))
     if _number("lift_time", lift_time) > 0.0:
         top = (start[0], start[1], start[2] + _number("lift_height", lift_height))
-        chain.append(Line("lift", lift_time, start, top))
+        chain.append(Line("lift", lift_time, start, top, "smooth"))
     return chain
 
 

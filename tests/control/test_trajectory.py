@@ -114,3 +114,16 @@ def test_a_file_is_read_strictly(tmp_path):
         assert str(path) in str(caught.value)
     with pytest.raises(InputError, match="transport, hover, line, waypoints"):
         read_trajectory("circle")
+
+
+def test_no_step_in_jerk_or_snap_where_legs_meet_but_for_the_circles_own_quintic():
+    trajectory = TransportTrajectory()
+    ends = {phase.name: phase.end for phase in trajectory.phases}
+    for name in ("ground", "lift"):
+        before, after = trajectory.sample(np.array([ends[name] - 1e-6, ends[name] + 1e-6])).jerk
+        np.testing.assert_allclose(before, after, atol=1e-3)
+        before, after = trajectory.sample(np.array([ends[name] - 1e-6, ends[name] + 1e-6])).snap
+        np.testing.assert_allclose(before, after, atol=1e-2)
+    smooth = TransportTrajectory(timing="smooth")
+    before, after = smooth.sample(np.array([ends["approach"] - 1e-6, ends["approach"] + 1e-6])).snap
+    np.testing.assert_allclose(before, after, atol=1e-2)
