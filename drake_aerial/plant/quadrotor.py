@@ -18,6 +18,7 @@ from drake_aerial import strict_yaml
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
 from drake_aerial.plant.mass_properties import check_inertia
+from drake_aerial.plant.motor_lag import MotorLag
 from drake_aerial.plant.scene import contact_properties
 
 
@@ -169,7 +170,12 @@ def visual_parts(
 
 
 def connect_propellers(
-    builder: DiagramBuilder, plant: MultibodyPlant, quadrotors: list[Quadrotor], name: str = "propellers"
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    quadrotors: list[Quadrotor],
+    name: str = "propellers",
+    *,
+    motor_lag: float = 0.0,
 ) -> tuple[InputPort, OutputPort]:
     """Add the propellers of all quadrotors, with their RPM limits, to a diagram whose plant is finalized.
 
@@ -178,6 +184,10 @@ def connect_propellers(
     builder : DiagramBuilder
     plant : MultibodyPlant
     quadrotors : list of Quadrotor, n of them
+    name : str
+        Of the propellers' system; the limits' is "<name>_limits", the lag's "<name>_lag".
+    motor_lag : float
+        Time constant with which the speeds follow the commands [s]; 0 for none.
 
     Returns
     -------
@@ -197,6 +207,11 @@ def connect_propellers(
         high += [p.command_limits[1]] * 4
     limits = builder.AddNamedSystem(f"{name}_limits", Saturation(np.array(low), np.array(high)))
     propellers = builder.AddNamedSystem(name, Propeller(infos))
-    builder.Connect(limits.get_output_port(), propellers.get_command_input_port())
+    speeds = limits.get_output_port()
+    if motor_lag != 0.0:
+        lag = MotorLag(len(low), motor_lag, plant.time_step(), np.sqrt(low))
+        builder.Connect(speeds, builder.AddNamedSystem(f"{name}_lag", lag).get_input_port())
+        speeds = lag.get_output_port()
+    builder.Connect(speeds, propellers.get_command_input_port())
     builder.Connect(plant.get_body_poses_output_port(), propellers.get_body_poses_input_port())
     return limits.get_input_port(), propellers.get_spatial_forces_output_port()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -52,6 +53,7 @@ def believed_model(
     quadrotors: Sequence[QuadrotorParameters],
     cable: CableParameters | Sequence[CableParameters],
     gripper: GripperParameters | Sequence[GripperParameters],
+    mass_ratio: float = 1.0,
 ) -> PayloadModelParameters:
     """Return the model that a controller is given under a belief; the beliefs differ in where mass is, and in nothing else.
 
@@ -70,15 +72,20 @@ def believed_model(
         What was seen of the payload, in L, z up [m]; all of its surface by default.
     quadrotors, cable, gripper :
         The n quadrotors, their cables and grippers, all known; one cable or gripper stands for n equal ones.
+    mass_ratio : float
+        Believed mass of the payload over its true mass; its inertia follows.
 
     Raises
     ------
     InputError
-        For an unknown belief.
+        For an unknown belief, or a mass ratio that is not positive.
     """
     if belief not in BELIEFS:
         raise InputError(f"no belief {belief!r}: give one of {', '.join(BELIEFS)}")
+    if not (np.isfinite(mass_ratio) and mass_ratio > 0.0):
+        raise InputError(f"a believed mass of {mass_ratio!r} times the true one; a positive number accepted")
     contacts = np.asarray(p_LC, dtype=float).reshape(-1, 3)
+    payload = replace(payload, mass=mass_ratio * payload.mass, inertia=mass_ratio * payload.inertia)
     mass, com, inertia = suspended_properties(payload, contacts, gripper)
     seen = payload.vertices if scan_L is None else np.asarray(scan_L, dtype=float)
     if belief == "below_contact":

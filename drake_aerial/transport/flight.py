@@ -22,7 +22,7 @@ from drake_aerial.control.trajectory import Trajectory
 from drake_aerial.control.trajectory_files import read_trajectory, trajectory_to_dict
 from drake_aerial.errors import InputError
 from drake_aerial.plant.scene import GRAVITY
-from drake_aerial.transport.beliefs import BELIEFS, believed_model
+from drake_aerial.transport.beliefs import BELIEFS, believed_model, suspended_properties
 from drake_aerial.transport.metrics import flight_metrics
 from drake_aerial.transport.outcome import FlightMonitor, Progress
 from drake_aerial.transport.recording import phase_names, record
@@ -64,6 +64,7 @@ class Flight:
         trajectory: str | Path | Trajectory = "transport",
         parameters: StationParameters | None = None,
         controller_options: dict[str, Any] | None = None,
+        mass_ratio: float = 1.0,
         source: dict[str, Any] | None = None,
     ):
         """Prepare a flight; see `fly` for the parameters. Raises InputError."""
@@ -83,7 +84,10 @@ class Flight:
             quadrotors=parameters.quadrotors(len(suspension.p_LC)),
             cable=parameters.cable,
             gripper=parameters.gripper,
+            mass_ratio=mass_ratio,
         )
+        hanging, _, _ = suspended_properties(suspension.payload, suspension.p_LC, parameters.gripper)
+        self._weight = GRAVITY * hanging
         options = controller_options or {}
         # A tick one plant step after each sample sees that sample; the filter is told how noisy positions are.
         matched = {"offset": parameters.time_step, "position_filter": PositionFilter(parameters.noise)}
@@ -98,6 +102,7 @@ class Flight:
         self.configuration = {
             "package_version": drake_aerial.__version__,
             "belief": belief,
+            "mass_ratio": mass_ratio,
             "controller": controller,
             "controller_options": {key: repr(value) for key, value in options.items()},
             "trajectory": trajectory_to_dict(self.trajectory),
@@ -122,7 +127,7 @@ class Flight:
         Parameters
         ----------
         seed : int
-            Of the measurement noise.
+            Of the measurement noise and the wind.
         progress : callable, optional
             Called with the fraction flown and a word on it every 0.2 s of simulated time.
         """
@@ -153,7 +158,7 @@ class Flight:
             "outcome": monitor.outcome,
             "outcome_reason": monitor.reason,
             "outcome_time_s": monitor.time,
-            **flight_metrics(series, names, GRAVITY * self.model.mass),
+            **flight_metrics(series, names, self._weight),
             "timing": {
                 "real_time_factor": context.get_time() / max(spent, 1e-9),
                 "mpc_step_ms": {

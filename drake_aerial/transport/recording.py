@@ -44,19 +44,19 @@ def record(station: TransportStation, context: Context, trajectory: Trajectory) 
         saturated (T, n) bool: a propeller at a limit.
     """
     time, payload = station.log(context, "payload.state")
-    names = ("quadrotors.state", "cables.tension", "propellers.command", "controller.phase")
+    names = ("quadrotors.state", "cables.tension", "propellers.command", "propellers.squared_speed", "controller.phase")
     logs = [station.log(context, name)[1] for name in names]
     # A simulation that broke off in the middle of a step may have logged some of its ports only.
     count = min([len(payload)] + [len(log) for log in logs])
     keep = np.isfinite(payload[:count]).all(axis=1) & np.isfinite(logs[0][:count]).all(axis=1)
     time, payload = time[:count][keep], payload[:count][keep]
-    quadrotors, tension, commands, control = (log[:count][keep] for log in logs)
+    quadrotors, tension, commands, speeds, control = (log[:count][keep] for log in logs)
     n = station.n
     team = station.parameters.quadrotors(n)
-    quadrotors, commands = quadrotors.reshape(-1, n, 13), commands.reshape(-1, n, 4)
+    quadrotors, commands, speeds = quadrotors.reshape(-1, n, 13), commands.reshape(-1, n, 4), speeds.reshape(-1, n, 4)
     R_WL = matrix_from_quat(payload[:, :4])
     desired = trajectory.sample(time)
-    wrench = np.einsum("nij,tnj->tni", np.stack([q.allocation for q in team]), commands)
+    wrench = np.einsum("nij,tnj->tni", np.stack([q.allocation for q in team]), speeds)
     low, high = np.array([q.command_limits for q in team]).T[:, :, None]
     at_limit = (commands <= low * (1.0 + 1e-9)) | (commands >= high * (1.0 - 1e-9))
     return {

@@ -22,10 +22,12 @@ from drake_aerial.geometry import Array, quat_from_two_vectors
 from drake_aerial.plant.cable import add_cable, check_elastic_step, tension_matrix
 from drake_aerial.plant.cable_forces import connect_cables
 from drake_aerial.plant.gripper import add_gripper
+from drake_aerial.plant.motor_lag import MotorLag
 from drake_aerial.plant.payload import Payload
 from drake_aerial.plant.payload_body import add_payload
 from drake_aerial.plant.quadrotor import add_quadrotor, connect_propellers
 from drake_aerial.plant.scene import GRAVITY, add_ground, add_plant
+from drake_aerial.plant.wind import Wind, connect_wind
 from drake_aerial.transport.beliefs import suspended_properties
 from drake_aerial.transport.lifting import check_lift, level_tensions
 from drake_aerial.transport.perception_system import PayloadPerception
@@ -50,6 +52,8 @@ class TransportStation(Diagram):
     | out `cables.tension` | n | [N] |
     | out `controller.thrust_vectors`, `controller.phase` | 3 n, 1 | (with a controller inside) |
     | out `propellers.command` | 4 n | squared speeds within their limits [rpm^2] |
+    | out `propellers.squared_speed` | 4 n | [rpm^2]; the command itself where motors have no lag |
+    | out `wind.velocity` | 3 | of the air in the world [m/s] (with wind) |
     | out `plant.contact_results`, `scene_graph.query` | abstract | Drake's own |
 
     Made by `make_transport_station`. It may serve any number of trials, each with a fresh context (`place`): Drake never frees a
@@ -124,23 +128,34 @@ class TransportStation(Diagram):
         inertia = np.stack([np.diag(q.inertia) for q in team])
         self.attitude = builder.AddNamedSystem("attitude", AttitudeController(propellers, inertia))
         builder.Connect(quadrotor_states, self.attitude.GetInputPort("quadrotor_states"))
-        commands, forces = connect_propellers(builder, plant, self.quadrotors)
+        commands, forces = connect_propellers(builder, plant, self.quadrotors, motor_lag=parameters.motor_lag)
         builder.Connect(self.attitude.GetOutputPort("propeller_commands"), commands)
 
         self.cable_system = connect_cables(builder, plant, self.cables, payload_state, quadrotor_states)
-        if self.cable_system.forces is None:
-            builder.Connect(forces, plant.get_applied_spatial_force_input_port())
-        else:
-            total = builder.AddNamedSystem("forces", ExternallyAppliedSpatialForceMultiplexer(2))
-            builder.Connect(forces, total.get_input_port(0))
-            builder.Connect(self.cable_system.forces, total.get_input_port(1))
-            builder.Connect(total.get_output_port(), plant.get_applied_spatial_force_input_port())
+        applied = [forces] if self.cable_system.forces is None else [forces, self.cable_system.forces]
+        self.wind: Wind | None = None
+        if parameters.wind is not None:
+            states = (payload_state, quadrotor_states)
+            self.wind, push = connect_wind(builder, plant, self.payload_body, self.quadrotors, *states, parameters.wind)
+            applied.append(push)
+            self._export(builder, self.wind.get_output_port(), "wind.velocity", log=True)
+        if len(applied) > 1:
+            total = builder.AddNamedSystem("forces", ExternallyAppliedSpatialForceMultiplexer(len(applied)))
+            for k, port in enumerate(applied):
+                builder.Connect(port, total.get_input_port(k))
+            applied = [total.get_output_port()]
+        builder.Connect(applied[0], plant.get_applied_spatial_force_input_port())
 
-        limited = commands.get_system().get_output_port(0)
+        limited = turning = commands.get_system().get_output_port(0)
+        self.motors: MotorLag | None = None
+        if parameters.motor_lag != 0.0:
+            self.motors = builder.GetMutableSubsystemByName("propellers_lag")
+            turning = self.motors.get_output_port()
         self._export(builder, payload_state, "payload.state", log=True)
         self._export(builder, quadrotor_states, "quadrotors.state", log=True)
         self._export(builder, self.cable_system.tension, "cables.tension", log=True)
         self._export(builder, limited, "propellers.command", log=True)
+        self._export(builder, turning, "propellers.squared_speed", log=True)
         for name in ("payload_state", "quadrotor_states", "cable_directions"):
             self._export(builder, self.perception.GetOutputPort(name), f"perception.{name}")
         self._export(builder, plant.get_contact_results_output_port(), "plant.contact_results")
@@ -176,7 +191,7 @@ class TransportStation(Diagram):
         context : Context
             Of this station (`CreateDefaultContext`).
         seed : int
-            Of the measurement noise.
+            Of the measurement noise and the wind.
         reference : Trajectory, optional
             Fixed to the port `controller.reference`, moved so that it starts where the payload is.
 
@@ -190,16 +205,18 @@ class TransportStation(Diagram):
         X_WL = RigidTransform([0.0, 0.0, self.payload_body.rest_height])
         length = parameters.cable_lengths(self.n)
         reach = length - parameters.initial_slack
+        carried = np.zeros(self.n)
         if airborne:
             mass, com, _ = suspended_properties(self.payload, self.p_LC, parameters.grippers(self.n))
             X_WL = RigidTransform(X_WL.translation() + [0.0, 0.0, parameters.airborne_height])
             if self.n == 1:
                 q = quat_from_two_vectors(_unit(com - self.p_LC[0]), [0.0, 0.0, -1.0])
                 X_WL = RigidTransform(Quaternion(q), X_WL.translation())
+            carried = level_tensions(self.p_LC - com, mass * GRAVITY)
             reach = length
             cables = parameters.cables(self.n)
             if cables[0].kind == "elastic":
-                reach = reach + level_tensions(self.p_LC - com, mass * GRAVITY) / [c.stiffness for c in cables]
+                reach = reach + carried / [c.stiffness for c in cables]
         poses = [(self.payload_body.body, X_WL)]
         for quadrotor, contact, height in zip(self.quadrotors, self.p_LC, reach, strict=True):
             poses.append((quadrotor.body, RigidTransform(X_WL @ contact + [0.0, 0.0, height])))
@@ -209,6 +226,14 @@ class TransportStation(Diagram):
         for cable in self.cables:
             cable.place(plant, plant_context)
         self.perception.set_seed(self.perception.GetMyMutableContextFromRoot(context), seed)
+        if self.wind is not None:
+            self.wind.set_seed(self.wind.GetMyMutableContextFromRoot(context), seed)
+        if self.motors is not None:
+            # Turning as they must for what each carries now.
+            team = parameters.quadrotors(self.n)
+            thrust = GRAVITY * np.array([q.mass for q in team]) + carried
+            speeds = [np.sqrt(u / (4.0 * q.thrust_coefficient)) for u, q in zip(thrust, team, strict=True)]
+            self.motors.set_speeds(self.motors.GetMyMutableContextFromRoot(context), np.repeat(speeds, 4))
         if reference is None:
             return None
         moved = reference.starting_at(X_WL.translation())

@@ -13,6 +13,7 @@ from drake_aerial.geometry import Array
 from drake_aerial.plant.cable import CableParameters
 from drake_aerial.plant.gripper import GripperParameters
 from drake_aerial.plant.quadrotor import QuadrotorParameters
+from drake_aerial.plant.wind import WindParameters
 
 Part = TypeVar("Part", QuadrotorParameters, CableParameters, GripperParameters)
 
@@ -42,6 +43,10 @@ class StationParameters:
     """How much closer to its contact than its cable's length a quadrotor starts [m]."""
     airborne_height: float = 1.0
     """How high a payload starts that does not start on the ground [m]."""
+    wind: WindParameters | None = None
+    """Of the air; None for no air at all."""
+    motor_lag: float = 0.0
+    """Time constant with which propeller speeds follow their commands [s]; 0 for none."""
 
     def quadrotors(self, n: int) -> tuple[QuadrotorParameters, ...]:
         """Return the parameters of n quadrotors. Raises InputError if another number is given."""

@@ -35,6 +35,7 @@ def prepare_flight(
     noise: float | None = None,
     parameters: StationParameters | None = None,
     controller_options: dict[str, Any] | None = None,
+    mass_ratio: float = 1.0,
 ) -> Flight:
     """Return the `Flight` of one contact solution, to be run with many seeds; parameters and errors as of `fly`."""
     from drake_aerial.transferring.solutions import ContactSolutions
@@ -74,6 +75,7 @@ def prepare_flight(
         trajectory=trajectory,
         parameters=parameters,
         controller_options=controller_options,
+        mass_ratio=mass_ratio,
         source={"method": contacts.method, "skill": contacts.skill, "seed": contacts.seed, "solution": solution},
     )
 
@@ -93,6 +95,7 @@ def fly(
     noise: float | None = None,
     parameters: StationParameters | None = None,
     controller_options: dict[str, Any] | None = None,
+    mass_ratio: float = 1.0,
     progress: Progress | None = None,
 ) -> TrialResult:
     """Fly one solution of a transfer, from the ground.
@@ -108,7 +111,7 @@ def fly(
     solution : int
         Rank of the solution.
     seed : int
-        Of the measurement noise.
+        Of the measurement noise and the wind.
     cloud : PointCloud, optional
         The scan, if it is not where contacts.json says.
     belief : str
@@ -122,9 +125,11 @@ def fly(
     noise : float, optional
         Standard deviation of the measured payload position, per coordinate [m]; 0.01 by default.
     parameters : StationParameters, optional
-        Everything else about the station.
+        Everything else about the station: unequal teams, wind, motor lag.
     controller_options : dict, optional
         Further arguments of the controller.
+    mass_ratio : float
+        What the controller takes for the payload's mass, over the true one.
     progress : callable, optional
         Called with the fraction flown and a word on it.
 
@@ -151,5 +156,6 @@ def fly(
         noise=noise,
         parameters=parameters,
         controller_options=controller_options,
+        mass_ratio=mass_ratio,
     )
     return flight.run(seed, progress=progress)

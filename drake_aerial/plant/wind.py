@@ -1,0 +1,197 @@
+"""Wind: its velocity as a system with a seed, and the drag with which it pushes payload and quadrotors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.multibody.math import SpatialForce
+from pydrake.multibody.plant import ExternallyAppliedSpatialForce, MultibodyPlant
+from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, DiscreteValues, LeafSystem, OutputPort
+
+from drake_aerial.errors import InputError
+from drake_aerial.geometry import Array
+from drake_aerial.plant.cable_geometry import rotation
+from drake_aerial.plant.payload_body import PayloadBody
+from drake_aerial.plant.quadrotor import Quadrotor
+
+AIR_DENSITY = 1.225
+"""At sea level [kg/m^3]."""
+TURBULENCE_PERIOD = 0.01
+"""Between two values of the turbulence, held in between [s]."""
+
+Three = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class WindParameters:
+    """Mean wind, one gust and turbulence, which add up; vectors are in the world frame. With zeros, the drag of still air remains."""
+
+    mean: Three = (0.0, 0.0, 0.0)
+    """Constant velocity of the air [m/s]."""
+    gust: Three = (0.0, 0.0, 0.0)
+    """Peak of a gust of the "1 - cosine" shape [m/s]."""
+    gust_start: float = 5.0
+    """When it begins [s]."""
+    gust_duration: float = 2.0
+    """From calm to calm [s]."""
+    turbulence: Three = (0.0, 0.0, 0.0)
+    """Standard deviation along each axis [m/s]."""
+    turbulence_time: float = 1.0
+    """Correlation time of the turbulence, length scale over mean air speed in Dryden's model [s]."""
+    payload_drag: float = 1.05
+    """Drag coefficient of the payload, whose area is its bounding box's; 1.05 is a cube's."""
+    quadrotor_drag_area: float = 0.01
+    """Drag coefficient times area of each quadrotor, the same from all sides [m^2]."""
+
+    def __post_init__(self) -> None:
+        for name in ("mean", "gust", "turbulence"):
+            value = np.asarray(getattr(self, name), dtype=float)
+            if value.shape != (3,) or not np.isfinite(value).all():
+                raise InputError(f"the wind's {name} is {getattr(self, name)!r}; three finite numbers [m/s] accepted")
+            object.__setattr__(self, name, tuple(value.tolist()))
+        if min(self.turbulence) < 0.0:
+            raise InputError(f"the wind's turbulence is {self.turbulence!r}; standard deviations of 0 or more accepted")
+        for name in ("gust_duration", "turbulence_time"):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value > 0.0):
+                raise InputError(f"the wind's {name} is {value!r} s; a positive number accepted")
+        for name in ("gust_start", "payload_drag", "quadrotor_drag_area"):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value >= 0.0):
+                raise InputError(f"the wind's {name} is {value!r}; 0 or more accepted")
+
+
+class Wind(LeafSystem):
+    """The velocity of the air, the same everywhere.
+
+    | port | size | meaning |
+    |---|---|---|
+    | out `velocity` | 3 | of the air in the world [m/s] |
+
+    Turbulence along each axis is noise through a first-order filter, the longitudinal form of Dryden's spectrum, so its
+    autocorrelation is sigma^2 exp(-|t| / turbulence_time) from the first instant on. Its state is in the Context; the noise
+    is a function of the seed, a parameter in the Context (`set_seed`), and of the time.
+    """
+
+    def __init__(self, parameters: WindParameters):
+        super().__init__()
+        self._parameters = parameters
+        self._mean, self._gust, self._sigma = (
+            np.array(v) for v in (parameters.mean, parameters.gust, parameters.turbulence)
+        )
+        self._seed = self.DeclareNumericParameter(BasicVector([0.0]))
+        self.DeclareDiscreteState(np.zeros(3))
+        if self._sigma.any():
+            self.DeclarePeriodicDiscreteUpdateEvent(TURBULENCE_PERIOD, 0.0, self._stir)
+        self.DeclareVectorOutputPort("velocity", 3, self._calc)
+
+    def set_seed(self, context: Context, seed: int) -> None:
+        """Set the turbulence's seed in this system's context."""
+        context.get_mutable_numeric_parameter(self._seed).SetFromVector([float(seed)])
+
+    def _stir(self, context: Context, discrete_state: DiscreteValues) -> None:
+        number = round(context.get_time() / TURBULENCE_PERIOD)
+        seed = int(context.get_numeric_parameter(self._seed).GetAtIndex(0))
+        # The second word of the key sets this stream apart from the perception's of the same seed.
+        key, counter = np.array([seed, 1], dtype=np.uint64), [0, 0, 0, number]
+        noise = self._sigma * np.random.Generator(np.random.Philox(key=key, counter=counter)).standard_normal(3)
+        keep = np.exp(-TURBULENCE_PERIOD / self._parameters.turbulence_time) if number > 0 else 0.0
+        last = context.get_discrete_state_vector().value()
+        discrete_state.get_mutable_vector().SetFromVector(keep * last + np.sqrt(1.0 - keep**2) * noise)
+
+    def _calc(self, context: Context, output: BasicVector) -> None:
+        p = self._parameters
+        since = (context.get_time() - p.gust_start) / p.gust_duration
+        strength = 0.5 * (1.0 - np.cos(2.0 * np.pi * since)) if 0.0 < since < 1.0 else 0.0
+        output.SetFromVector(self._mean + strength * self._gust + context.get_discrete_state_vector().value())
+
+
+class WindDrag(LeafSystem):
+    """The push of the air on a payload and n quadrotors.
+
+    On the payload, at the centre of its bounding box, f = rho/2 c |v| (A_x v_x, A_y v_y, A_z v_z) in the axes of L, v the air's
+    velocity relative to that point and A the areas of the box's faces; on each quadrotor, at its centre, rho/2 (c A) |v| v. Neither
+    has a moment about its point of attack.
+
+    | port | size | meaning |
+    |---|---|---|
+    | in `wind` | 3 | velocity of the air in the world [m/s] |
+    | in `payload_state` | 13 | w x y z, position, angular and linear velocity of L in the world |
+    | in `quadrotor_states` | 13 n | the same of each Q |
+    | out `applied_spatial_force` | abstract | for the plant |
+    """
+
+    def __init__(
+        self, plant: MultibodyPlant, payload: PayloadBody, quadrotors: list[Quadrotor], parameters: WindParameters
+    ):
+        super().__init__()
+        n = len(quadrotors)
+        low, high = payload.payload.vertices.min(axis=0), payload.payload.vertices.max(axis=0)
+        x, y, z = high - low
+        self._centre = 0.5 * (low + high)
+        self._on_payload = 0.5 * AIR_DENSITY * parameters.payload_drag * np.array([y * z, z * x, x * y])
+        self._on_quadrotor = 0.5 * AIR_DENSITY * parameters.quadrotor_drag_area
+        self._payload, self._quadrotors = payload.body.index(), [q.body.index() for q in quadrotors]
+        self._wind = self.DeclareVectorInputPort("wind", 3)
+        self._payload_state = self.DeclareVectorInputPort("payload_state", 13)
+        self._quadrotor_states = self.DeclareVectorInputPort("quadrotor_states", 13 * n)
+        model = plant.AllocateInputAbstract(plant.get_applied_spatial_force_input_port())
+        self.DeclareAbstractOutputPort("applied_spatial_force", model.Clone, self._calc)
+
+    def _calc(self, context: Context, value: AbstractValue) -> None:
+        wind, payload = self._wind.Eval(context), self._payload_state.Eval(context)
+        R = rotation(payload[:4])
+        v_L = R.T @ (wind - payload[10:13] - np.cross(payload[7:10], R @ self._centre))
+        forces = [_push(self._payload, self._centre, R @ (np.sqrt(v_L @ v_L) * self._on_payload * v_L))]
+        for body, state in zip(self._quadrotors, self._quadrotor_states.Eval(context).reshape(-1, 13), strict=True):
+            v = wind - state[10:13]
+            forces.append(_push(body, np.zeros(3), self._on_quadrotor * np.sqrt(v @ v) * v))
+        value.set_value(forces)
+
+
+def _push(body: int, p_BoBq_B: Array, f_W: Array) -> ExternallyAppliedSpatialForce:
+    force = ExternallyAppliedSpatialForce()
+    force.body_index = body
+    force.p_BoBq_B = p_BoBq_B
+    force.F_Bq_W = SpatialForce(np.zeros(3), f_W)
+    return force
+
+
+def connect_wind(
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    payload: PayloadBody,
+    quadrotors: list[Quadrotor],
+    payload_state: OutputPort,
+    quadrotor_states: OutputPort,
+    parameters: WindParameters,
+    name: str = "wind",
+) -> tuple[Wind, OutputPort]:
+    """Add wind and its drag to a diagram whose plant is finalized.
+
+    Parameters
+    ----------
+    builder : DiagramBuilder
+    plant : MultibodyPlant
+    payload : PayloadBody
+    quadrotors : list of Quadrotor, n of them
+    payload_state, quadrotor_states : OutputPort
+        (13) and (13 n), true and current.
+    parameters : WindParameters
+    name : str
+        Of the system that gives the velocity; the drag's is "<name>_drag".
+
+    Returns
+    -------
+    wind : Wind
+    forces : OutputPort
+        Spatial forces, for the plant's applied_spatial_force port.
+    """
+    wind = builder.AddNamedSystem(name, Wind(parameters))
+    drag = builder.AddNamedSystem(f"{name}_drag", WindDrag(plant, payload, quadrotors, parameters))
+    builder.Connect(wind.get_output_port(), drag.GetInputPort("wind"))
+    builder.Connect(payload_state, drag.GetInputPort("payload_state"))
+    builder.Connect(quadrotor_states, drag.GetInputPort("quadrotor_states"))
+    return wind, drag.get_output_port()

@@ -1,0 +1,104 @@
+"""Wind, slow motors and a wrong mass, against statics; all of them off unless asked for."""
+
+import numpy as np
+import pytest
+from scipy.optimize import fsolve
+
+from drake_aerial.control.trajectory import HoverTrajectory
+from drake_aerial.errors import InputError
+from drake_aerial.plant.wind import WindParameters
+from drake_aerial.transport.flight import Flight
+from drake_aerial.transport.station_parameters import StationParameters
+
+G, LINK = 9.81, 2e-4
+M, m = 0.252, 0.25
+
+
+def hover(suspension, seconds=12.0, controller="geometric", parameters=None, **options):
+    parameters = parameters or StationParameters(noise=0.0)
+    trajectory = HoverTrajectory(hover_time=seconds)
+    return Flight(
+        suspension, belief="true", controller=controller, trajectory=trajectory, parameters=parameters, **options
+    ).run()
+
+
+def test_a_constant_wind_deflects_as_statics_has_it(hang):
+    wind = WindParameters(mean=(1.2, 0.0, 0.0), quadrotor_drag_area=0.04)
+    result = hover(hang(), 25.0, parameters=StationParameters(noise=0.0, wind=wind))
+    assert result.metrics["outcome"] == "completed"
+    s = result.series
+    assert np.ptp(s["payload_position"][-200:], axis=0).max() < 2e-3
+
+    # All in the x-z plane. The wind pushes on the box's centre, the cable pulls on the contact above it: it hangs along
+    # the cable, tilted by a about y, with its faces tilted too.
+    faces = 0.5 * 1.225 * 1.05 * np.array([0.61 * 0.28, 0.68 * 0.61])
+
+    def drag(a):
+        to_world = np.array([[np.cos(a), np.sin(a)], [-np.sin(a), np.cos(a)]])
+        return to_world @ (1.2 * faces * (to_world.T @ [1.2, 0.0]))
+
+    def along_the_cable(a):
+        x, z = np.array([0.0, M * G]) - drag(a[0])
+        return x * np.cos(a[0]) - z * np.sin(a[0])
+
+    a = fsolve(along_the_cable, 0.0)[0]
+    pull = drag(a) - [0.0, M * G]  # T xi
+    tension, xi = np.linalg.norm(pull), pull / np.linalg.norm(pull)
+    on_quadrotor = np.array([0.5 * 1.225 * 0.04 * 1.2**2, 0.0])
+    thrust = np.array([0.0, (m + LINK) * G]) - pull - on_quadrotor
+    assert abs(a) > np.deg2rad(2.0)
+    assert s["tilt"][-1] == pytest.approx(abs(a), abs=2e-3)
+    assert s["tension"][-1, 0] == pytest.approx(tension, rel=1e-3)
+    assert s["thrust"][-1, 0] == pytest.approx(np.linalg.norm(thrust), rel=1e-3)
+    gap = (s["contact_position"][-1, 0] - s["quadrotor_position"][-1, 0])[[0, 2]]
+    assert gap / np.linalg.norm(gap) == pytest.approx(xi, abs=2e-3)
+
+    # The law has no integral: it makes this thrust only where position errors ask for it.
+    def law(e):
+        wish = np.array([1.45 * e[0], 3.0 * e[1] + G])
+        aim, across = -wish / np.linalg.norm(wish), np.array([xi[1], -xi[0]])
+        turn = -16.0 * 0.5 * (aim @ across)  # the quadrotor goes against the way its cable turns
+        return xi * (xi @ wish) * (M + m) + across * (m * (across @ wish) + m * turn) - thrust
+
+    expected = fsolve(law, np.zeros(2))
+    error = (s["reference_position"][-1] - s["payload_position"][-1])[[0, 2]]
+    assert abs(expected[0]) > 0.1
+    assert error == pytest.approx(expected, abs=5e-3)
+
+
+@pytest.mark.parametrize("ratio", [0.8, 1.25])
+def test_a_wrong_mass_costs_height(hang, ratio):
+    # (M_b + m)(g + k e) = (M + m) g, k = 3 1/s^2.
+    result = hover(hang(), 15.0, mass_ratio=ratio)
+    believed = ratio * 0.25 + 0.002
+    expected = G * ((M + m + LINK) / (believed + m) - 1.0) / 3.0
+    error = result.series["reference_position"][-1] - result.series["payload_position"][-1]
+    assert abs(expected) > 0.2
+    assert error == pytest.approx([0.0, 0.0, expected], abs=2e-3)
+    assert result.metrics["configuration"]["mass_ratio"] == ratio
+    assert result.metrics["slack_fraction"] == 0.0
+
+
+def test_a_mass_of_nothing_is_refused(hang):
+    with pytest.raises(InputError, match="believed mass"):
+        hover(hang(), mass_ratio=0.0)
+
+
+@pytest.mark.parametrize("controller", ["mpc", "geometric_ff"])
+def test_a_flight_with_slow_motors_in_a_gust_completes_and_repeats(hang, quick, controller):
+    wind = WindParameters(mean=(0.5, 0.0, 0.0), gust=(0.0, 1.0, 0.0), turbulence=(0.2, 0.2, 0.1))
+    parameters = StationParameters(wind=wind, motor_lag=0.02)
+    flight = Flight(hang(), belief="true", controller=controller, trajectory=quick, parameters=parameters)
+    first, other, again = (flight.run(seed) for seed in (1, 2, 1))
+    assert first.metrics["outcome"] == other.metrics["outcome"] == "completed"
+    for name, value in first.series.items():
+        assert (value == again.series[name]).all(), name
+    assert (first.series["payload_position"] != other.series["payload_position"]).any()
+    assert first.metrics["configuration"]["station"]["wind"]["gust"] == [0.0, 1.0, 0.0]
+
+
+def test_slow_motors_start_at_the_speed_that_carries(hang):
+    parameters = StationParameters(noise=0.0, motor_lag=0.03)
+    result = hover(hang(), 1.0, "mpc", parameters)
+    assert result.series["thrust"][0, 0] == pytest.approx((M + m) * G, rel=1e-6)
+    assert result.metrics["position_max_m"] < 0.01
