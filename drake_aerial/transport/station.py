@@ -189,7 +189,7 @@ class TransportStation(Diagram):
         Parameters
         ----------
         context : Context
-            Of this station (`CreateDefaultContext`).
+            Of this station (`CreateDefaultContext`), or of a diagram that holds it if no reference is given.
         seed : int
             Of the measurement noise and the wind.
         reference : Trajectory, optional

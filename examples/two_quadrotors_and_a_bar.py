@@ -1,0 +1,41 @@
+"""Two quadrotors carry a bar, flown by a controller of your own: a LeafSystem wired to the station's ports."""
+
+import numpy as np
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
+
+from drake_aerial import Payload, make_transport_station
+
+CONTACTS = np.array([[-0.4, 0.0, 0.03], [0.4, 0.0, 0.03]])  # on the bar, in its frame [m]
+
+
+class Lifter(LeafSystem):
+    """Each quadrotor goes 1.5 m straight up in five seconds and stays: spring, damper, and its share of the weight."""
+
+    def __init__(self):
+        super().__init__()
+        self._quadrotors = self.DeclareVectorInputPort("quadrotor_states", 26)  # w x y z, position, rate, velocity
+        self.DeclareVectorOutputPort("thrust_vectors", 6, self._calc)  # in the world [N]
+
+    def _calc(self, context, output):
+        state = self._quadrotors.Eval(context).reshape(2, 13)
+        height = 0.5 + 1.5 * min(context.get_time() / 5.0, 1.0)
+        target = CONTACTS * [1.0, 1.0, 0.0] + [0.0, 0.0, height]
+        output.SetFromVector((6.0 * (target - state[:, 4:7]) - 3.0 * state[:, 10:13] + [0.0, 0.0, 3.9]).ravel())
+
+
+def main():
+    """Return the bar's state after ten seconds: w x y z, position [m], angular and linear velocity."""
+    builder = DiagramBuilder()
+    station = builder.AddSystem(make_transport_station(Payload.from_box([1.0, 0.06, 0.06], 0.3), CONTACTS))
+    lifter = builder.AddSystem(Lifter())
+    builder.Connect(station.GetOutputPort("perception.quadrotor_states"), lifter.get_input_port())
+    builder.Connect(lifter.get_output_port(), station.GetInputPort("attitude.thrust_vectors"))
+    simulator = Simulator(builder.Build())
+    station.place(simulator.get_mutable_context())
+    simulator.AdvanceTo(10.0)
+    return station.GetOutputPort("payload.state").Eval(station.GetMyContextFromRoot(simulator.get_context()))
+
+
+if __name__ == "__main__":
+    print("the bar is at", main()[4:7].round(3))
