@@ -29,7 +29,7 @@ def quick():
         lift_time=2.0,
         lift_height=0.5,
         approach_time=1.0,
-        approach=(0.2, 0.0, 0.0),
+        approach=(0.12, 0.0, 0.0),  # at most 1.1 m/s^2 on the way
         radius=0.3,
         turns=0.5,
         circle_time=3.0,

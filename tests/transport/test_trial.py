@@ -168,7 +168,7 @@ def test_from_contacts_and_back_from_its_files(quick, tmp_path):
         path,
         payload="box_68x61x28",
         solution=2,
-        controller="geometric_ff",
+        controller="mpc",
         trajectory=short,
         noise=0.0,
         seed=3,
