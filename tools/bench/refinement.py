@@ -26,7 +26,8 @@ from dataclasses import dataclass, field
 from functools import cache
 
 import numpy as np
-from contacts import box_query, box_scan, box_skill, curved_mesh, curved_query, curved_skill, mesh_points
+from contacts import box_skill, curved_skill
+from scans import box_query, box_scan, curved_mesh, curved_query, mesh_points
 
 from drake_aerial.geometry import (
     Array,
