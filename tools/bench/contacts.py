@@ -5,7 +5,7 @@
 One number per seed and arm: the median, over the best five solutions, of the distance from the right place [cm].
 A seed drives the scan (surface samples, noise, yaw, place) and the transfer. Arms: `task`, its matched control
 (`control`: no votes, everything else equal), `paper`, `kopicki`, `centroid`. Seeds 0 to 9 chose the defaults; the
-table's, 100 to 109, chose nothing.
+table's, 100 to 109, chose nothing. Rows with several grippers have columns of their own: see formation_rows.py.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+from formation_rows import FormationRow, formation_rows
 from scans import above_centroid, box_mesh, box_query, box_scan, camera_query, curved_mesh, curved_query, mesh_points
 
 from drake_aerial.geometry import Pose, invert, transform
@@ -243,10 +244,13 @@ def summary(values: list[float]) -> str:
     return f"{np.median(values):5.1f} [{min(values):4.1f} {max(values):5.1f}]"
 
 
-def run(table: list[Row], seeds: list[int], scale: str) -> None:
+def run(table: list[Row | FormationRow], seeds: list[int], scale: str) -> None:
     """Fill and print the rows, one at a time."""
     print("cm, median [min max] over", len(seeds), "seeds; one number per seed: the median of its best five")
     for row in table:
+        if isinstance(row, FormationRow):
+            row.run(seeds, row.arms, TransferParameters(scale=scale))
+            continue
         arms = [(arm, arm, scale) for arm in row.arms] + [(mode, "task", mode) for mode in row.scales]
         start = time.perf_counter()
         for name, method, mode in arms:
@@ -267,7 +271,7 @@ def run(table: list[Row], seeds: list[int], scale: str) -> None:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    table = rows()
+    table: list[Row | FormationRow] = [*rows(), *formation_rows()]
     parser.add_argument("--rows", nargs="+", help="parts of row names; all by default")
     parser.add_argument("--seeds", default="100-109", help="first-last, both included")
     parser.add_argument("--arms", nargs="+", choices=ARMS, help="arms to run; all by default")
@@ -287,7 +291,7 @@ def main() -> int:
     first, last = (int(part) for part in options.seeds.split("-"))
     seeds = list(range(first, last + 1))
     if options.pictures:
-        for row in table:
+        for row in (row for row in table if isinstance(row, Row)):
             draw(row, seeds, options.scale, Path(options.pictures))
         return 0
     run(table, seeds, options.scale)
