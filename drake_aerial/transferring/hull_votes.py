@@ -37,6 +37,8 @@ class GravityFeatures:
         The hull's support along t [m].
     length, width : (N,) arrays
         The hull's widths along t and along e [m].
+    side : (N,) array
+        Relative place along e between the hull's two limits there, -1 to 1.
     """
 
     p: Array
@@ -46,6 +48,7 @@ class GravityFeatures:
     support: Array
     length: Array
     width: Array
+    side: Array
 
     @classmethod
     def of(cls, features: SurfaceFeatures, hull: HorizontalHull) -> GravityFeatures:
@@ -55,7 +58,10 @@ class GravityFeatures:
         support = np.maximum(hull.support(t), 1e-6)
         depth = np.sum(t * (p - hull.centroid), axis=1) / support
         length, width = np.maximum(hull.width(t), 1e-6), np.maximum(hull.width(turned(t)), 1e-6)
-        return cls(p, t, features.saliency, depth, support, length, width)
+        e = turned(t)
+        middle = 0.5 * (hull.support(e) - hull.support(-e))
+        side = (np.sum(e * (p - hull.centroid), axis=1) - middle) / (0.5 * width)
+        return cls(p, t, features.saliency, depth, support, length, width, side)
 
 
 def turned(t: Array) -> Array:
@@ -130,6 +136,10 @@ class HullVotes:
         )
         log_weight = -0.5 * ((new.strength[:, None] - old.strength) / parameters.vote_descriptor) ** 2
         log_weight = log_weight - 0.5 * ((depth - old.depth) / parameters.vote_depth) ** 2
+        if len(skill) > 1 and not cuts:
+            # A formation's votes must agree on its yaw too, and at one yaw the edges of another outline (a triangle's
+            # on a box) do not cross: one edge's votes, smeared along it, would decide alone. Its own ends bound them.
+            log_weight = log_weight - 0.5 * ((new.side[:, None] - old.side) / parameters.vote_depth) ** 2
         # The same object in another size and aspect: stretched along t about as much as along e.
         stretch = np.log(ratio_t / ratio_e)
         log_weight = log_weight - 0.5 * (stretch / parameters.vote_aspect) ** 2
