@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from drake_aerial.errors import InputError
@@ -56,9 +58,10 @@ class Examination:
         """Return what makes one of the grippers X_NG (n,) infeasible by itself, whatever the others do."""
         X_NQ = self.likelihood.configuration.quadrotors_over(X_NG)
         one = X_NG.take([gripper])
-        return reasons_against(
-            one, X_NQ.take([gripper]), self.gaps(one), self.centre, self.surface, self.parameters
-        ) + self._tilted(one)
+        # What it lifts depends on the others.
+        alone = replace(self.parameters, lift=None)
+        reasons = reasons_against(one, X_NQ.take([gripper]), self.gaps(one), self.centre, self.surface, alone)
+        return reasons + self._tilted(one)
 
     def solution(self, X_NG: Pose, rank: int = 1) -> Solution:
         """Return the solution with grippers X_NG (n,), in the cloud's frame S."""

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, Pose, axis_of
+from drake_aerial.transferring.lift import Lift
 from drake_aerial.transferring.local_surface import LocalSurface
 from drake_aerial.transferring.parameters import TransferParameters
 
@@ -12,6 +14,8 @@ FOOT = 0.03
 """The part of a cable next to its contact near which points are no obstacle [m]."""
 # Smallest part of the weight that a taut cable carries.
 _TAUT = 1e-3
+# Residual of force (over the weight) and moment (over weight times size) up to which a payload hangs as it lies.
+_BALANCED = 0.02
 
 
 def reasons_against(
@@ -46,13 +50,30 @@ def reasons_against(
             reasons.append(f"{name}upside down (its axis points {np.rad2deg(elevation):.0f} deg above the horizontal)")
         elif _cable_hits(X_NG.take(i), X_NQ.p[i], surface.points, max(parameters.clearance, surface.spacing)):
             reasons.append(f"{name}cable through the payload")
-        if distance[i] > max(parameters.off_surface, surface.spacing):
+        if distance[i] > max(parameters.off_surface, surface.hole):
             reasons.append(f"{name}off the surface (nearest point {100 * distance[i]:.1f} cm away)")
     reasons += _too_close(X_NQ.p, parameters.separation)
-    share = load_shares(X_NG.p, X_NQ.p, centre)
-    if share is None or share.min() < _TAUT:
-        reasons.append("no positive-tension equilibrium (the payload's centre is not between the contacts)")
+    tension = tensions(X_NG.p, X_NQ.p, centre)
+    if tension is None or tension.min() < _TAUT:
+        why = "all contacts on one side of the centre of mass" if one_sided(X_NG.p, centre) else "cables do not balance"
+        reasons.append(f"no positive-tension equilibrium ({why})")
+    elif parameters.lift is not None:
+        reasons += _too_heavy(X_NG.p, X_NQ.p, centre, tension, parameters.lift)
     return tuple(reasons)
+
+
+def _too_heavy(p_G: Array, p_Q: Array, centre: Array, tension: Array, lift: Lift) -> list[str]:
+    n = len(p_G)
+    if len(lift.max_thrust) != n:
+        raise InputError(f"the known thrusts are of {len(lift.max_thrust)} quadrotors, the contacts of {n}")
+    largest = lift.largest_tension((p_Q - p_G) / np.linalg.norm(p_Q - p_G, axis=1, keepdims=True))
+    if tensions(p_G, p_Q, centre, largest / lift.weight) is not None:
+        return []
+    names = [f"gripper {i + 1}: " if n > 1 else "" for i in range(n)]
+    return [
+        f"{names[i]}more tension than the propellers lift ({lift.weight * tension[i]:.1f} N, at most {largest[i]:.1f} N)"
+        for i in np.flatnonzero(lift.weight * tension > largest)
+    ]
 
 
 def _cable_hits(X_NG: Pose, p_Q: Array, points: Array, clearance: float) -> bool:
@@ -92,42 +113,74 @@ def load_shares(p_G: Array, p_Q: Array, centre: Array) -> Array | None:
     centre : (2,) array
         The centre of mass seen from above [m].
     """
+    tension = tensions(p_G, p_Q, centre)
+    return None if tension is None else tension / max(tension.sum(), 1e-12)
+
+
+def tensions(p_G: Array, p_Q: Array, centre: Array, largest: Array | None = None) -> Array | None:
+    """Return the tensions (n,) of `load_shares`, as parts of the weight: leaning cables add up to more than one.
+
+    Parameters
+    ----------
+    p_G, p_Q, centre : arrays
+        As for `load_shares`.
+    largest : (n,) array, optional
+        Upper bounds; None is returned where the choice cannot keep them.
+    """
     from scipy.optimize import nnls
 
     n = len(p_G)
     if n == 1:
-        return np.ones(1)
-    direction = (p_Q - p_G) / np.linalg.norm(p_Q - p_G, axis=1, keepdims=True)
-    mean = p_G.mean(axis=0)
-    size = float(np.linalg.norm(p_G - mean, axis=1).max())
-    if size < 1e-6:
+        tension: Array | None = np.ones(1)
+    else:
+        direction = (p_Q - p_G) / np.linalg.norm(p_Q - p_G, axis=1, keepdims=True)
+        mean = p_G.mean(axis=0)
+        size = float(np.linalg.norm(p_G - mean, axis=1).max())
+        if size < 1e-6:
+            return None
+        # Moments about the mean contact, over the size; only those that the contacts can take up.
+        keep = moment_axes(p_G)
+        arm = (p_G - mean) / size
+        moments = np.cross(arm, direction) @ keep.T
+        at = np.array([centre[0] - mean[0], centre[1] - mean[1], 0.0]) / size
+        load = np.concatenate([[0.0, 0.0, 1.0], np.cross(at, [0.0, 0.0, 1.0]) @ keep.T])
+        matrix = np.vstack([direction.T, moments.T])
+        tension, residual = nnls(matrix, load)
+        if residual > _BALANCED:
+            return None
+        if np.linalg.matrix_rank(matrix, tol=1e-6) < n:
+            tension = _shared(matrix, tension, largest)
+    if tension is not None and largest is not None and np.any(tension > largest * (1.0 + 1e-9)):
         return None
-    # Moments about the mean contact, over the size; only those that the contacts can take up.
-    keep = moment_axes(p_G)
-    arm = (p_G - mean) / size
-    moments = np.cross(arm, direction) @ keep.T
-    at = np.array([centre[0] - mean[0], centre[1] - mean[1], 0.0]) / size
-    load = np.concatenate([[0.0, 0.0, 1.0], np.cross(at, [0.0, 0.0, 1.0]) @ keep.T])
-    matrix = np.vstack([direction.T, moments.T])
-    tension, residual = nnls(matrix, load)
-    if residual > 0.02:
-        return None
-    if np.linalg.matrix_rank(matrix, tol=1e-6) < n:
-        tension = _shared(matrix, tension)
-    return tension / max(tension.sum(), 1e-12)
+    return tension
 
 
-def _shared(matrix: Array, tension: Array) -> Array:
+def one_sided(p_G: Array, centre: Array) -> bool:
+    """Return whether all contacts p_G (n, 3) lie on one side of a vertical plane through `centre` (2,) [m].
+
+    Contacts on one line (two always are): on one side of the centre along that line.
+    """
+    offset = p_G[:, :2] - centre
+    if len(moment_axes(p_G)) < 3:
+        line = np.linalg.svd(p_G[:, :2] - p_G[:, :2].mean(axis=0))[2][0]
+        along = offset @ line
+        return bool(np.all(along > 0.0) or np.all(along < 0.0))
+    angle = np.sort(np.arctan2(offset[:, 1], offset[:, 0]))
+    gaps = np.diff(np.append(angle, angle[0] + 2.0 * np.pi))
+    return bool(gaps.max() > np.pi)
+
+
+def _shared(matrix: Array, tension: Array, largest: Array | None = None) -> Array:
     """Return tensions (n,) with the same forces and moments as `tension`, of which there are many: the smallest in
-    norm, or, if that leaves a cable slack, those whose least is the largest.
+    norm, or, if that leaves a cable slack or beyond `largest` (n,), those whose least is the largest.
     """
     from scipy.optimize import linprog
 
     balance = matrix @ tension
     smallest: Array = np.asarray(np.linalg.lstsq(matrix, balance, rcond=1e-6)[0], float)
-    if smallest.min() >= _TAUT * smallest.sum():
+    n, bound = len(tension), np.full(len(tension), np.inf) if largest is None else largest
+    if smallest.min() >= _TAUT * smallest.sum() and np.all(smallest <= bound):
         return smallest
-    n = len(tension)
     # Unknowns: the tensions, and a lower bound of all of them.
     best = linprog(
         np.append(np.zeros(n), -1.0),
@@ -135,6 +188,7 @@ def _shared(matrix: Array, tension: Array) -> Array:
         b_ub=np.zeros(n),
         A_eq=np.column_stack([matrix, np.zeros(len(matrix))]),
         b_eq=balance,
+        bounds=[*((0.0, top) for top in bound), (0.0, None)],
     )
     return np.asarray(best.x[:n], float) if best.success else tension
 

@@ -34,13 +34,22 @@ class ScalePrior:
     sigma: float
 
     @classmethod
-    def of_hulls(cls, new: HorizontalHull, old: HorizontalHull, yaw: float) -> ScalePrior:
-        """Return the mean and spread over direction of log(h_new / h_old), the old hull turned by `yaw` [rad]."""
+    def of_hulls(cls, new: HorizontalHull, old: HorizontalHull, yaw: float, p_FG: Array | None = None) -> ScalePrior:
+        """Return the mean and spread over direction of log(h_new / h_old), the old hull turned by `yaw` [rad].
+
+        A direction counts by the moment of the demonstrated grippers p_FG (n, 3) [m] along it, if they are given: how
+        much wider a bar is says nothing about grippers in line. A regular formation weighs all directions alike.
+        """
         angle = np.linspace(0.0, 2.0 * np.pi, 180, endpoint=False)
         t_old = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
         t_new = np.stack([np.cos(angle + yaw), np.sin(angle + yaw)], axis=-1)
         log_ratio = np.log(new.support(t_new) / old.support(t_old))
-        return cls(float(log_ratio.mean()), max(float(log_ratio.std()), 0.02))
+        weight = np.ones(len(angle)) if p_FG is None else np.sum((p_FG[:, :2] @ t_old.T) ** 2, axis=0)
+        if not weight.sum() > 1e-12:
+            weight = np.ones(len(angle))
+        mean = float(np.average(log_ratio, weights=weight))
+        spread = float(np.sqrt(np.average((log_ratio - mean) ** 2, weights=weight)))
+        return cls(mean, max(spread, 0.02))
 
 
 class ContactLikelihood:

@@ -10,6 +10,8 @@ from drake_aerial.perception.surface_features import SurfaceFeatures
 
 # Neighbours that a local plane is fitted to: enough to average a scan's noise over a gripper's footprint.
 _NEIGHBOURS = 12
+# A circle that holds so many samples in the middling case is empty, by chance, once in 400.
+_HOLE = 6
 # Radius of a vertical column, as a part of the features' neighbourhood.
 _COLUMN = 0.8
 
@@ -30,7 +32,10 @@ class LocalSurface:
         self._tree = cKDTree(features.p)
         self.points, self.normals = features.p, features.normal
         # Half a voxel's diagonal and some: the centre of a triangle of samples is no hole.
-        self.spacing = float(np.median(self._tree.query(features.p, k=2)[0][:, 1])) * 1.5
+        near = self._tree.query(features.p, k=min(_HOLE + 1, len(features.p)))[0]
+        self.spacing = float(np.median(near[:, 1])) * 1.5
+        # Samples fall where they fall: this far from the nearest one is still surface.
+        self.hole = max(float(np.median(near[:, -1])), self.spacing)
 
     def set_down(self, X_NG: Pose) -> tuple[Pose, Array, Array]:
         """Move grippers (...) along the surface's normal onto it, and give the surface there.

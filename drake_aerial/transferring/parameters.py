@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_aerial.errors import InputError
+from drake_aerial.transferring.lift import Lift
 
 METHODS: dict[str, tuple[str, str]] = {
     "task": ("hull", "normalised"),
@@ -36,7 +37,8 @@ class TransferParameters:
     vote_sigma_rotation : float
         Bandwidth of the votes' rotation, or of their yaw for several grippers [rad].
     vote_descriptor, vote_depth : float
-        Standard deviations of the differences in saliency and in relative depth that a vote tolerates.
+        Standard deviations of the differences in saliency and in relative depth that a vote tolerates; for several
+        grippers the latter also in the relative place along the edge.
     vote_aspect : float
         Standard deviation of the log of the ratio between an object's stretch along and across a vote's direction.
     candidates : int
@@ -63,6 +65,8 @@ class TransferParameters:
         A contact further than this from the surface is off it [m].
     separation : float
         Least distance between two quadrotors [m].
+    lift : Lift or None
+        What is known of the payload's weight and the quadrotors' thrust; None: no cable is judged by its tension.
     """
 
     scale: str = "auto"
@@ -89,6 +93,7 @@ class TransferParameters:
     clearance: float = 0.005
     off_surface: float = 0.01
     separation: float = 0.35
+    lift: Lift | None = None
 
     def __post_init__(self) -> None:
         if self.scale not in SCALES:

@@ -234,7 +234,7 @@ class ContactProgram:
         parameters, features = examination.parameters, examination.evidence.features
         surface = examination.surface
         seed_N = invert(self._variables.X_SN) @ self._seed
-        largest_gap = max(parameters.off_surface, surface.spacing) - 5e-4
+        largest_gap = max(parameters.off_surface, surface.hole) - 5e-4
         clearance = max(parameters.clearance, surface.spacing)
         for k in range(n):
             near = SmoothSurface(features, seed_N.p[k], np.sqrt(3.0) * self._reach, surface.spacing)

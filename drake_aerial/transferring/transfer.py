@@ -112,7 +112,7 @@ def transfer(
         X_NG, _ = anneal(partial(evidence.likelihood, coarse=True), starts, parameters, streams[2], annealing)
         X_NG, _, _ = surface.set_down(X_NG)
         log_j = evidence.likelihood(X_NG)
-    chosen = distinct(X_NG, log_j, top, parameters.distinct)
+    chosen = distinct(X_NG, log_j, top, parameters.distinct, skill.configuration.cable_length)
     X_NG = _spin_free(skill, X_NG.take(chosen))
     solutions = _solutions(skill, X_NG, log_j[chosen], X_SN, hull, surface, parameters)
     clock.append(time.perf_counter())
@@ -186,7 +186,9 @@ def query(
                 )
             )
     yaw = float(votes.density.mode[2]) if votes is not None and votes.with_yaw else 0.0
-    prior = ScalePrior.of_hulls(hull, skill.hull, yaw) if scale != "rigid" else ScalePrior(0.0, 0.02)
+    prior = ScalePrior(0.0, 0.02)
+    if scale != "rigid":
+        prior = ScalePrior.of_hulls(hull, skill.hull, yaw, skill.configuration.X_FG.p)
     likelihood = ContactLikelihood(skill.configuration, tuple(queries), votes, prior)
     return Evidence(X_SN, features, hull, likelihood, votes, scale)
 
