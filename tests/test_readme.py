@@ -41,6 +41,8 @@ def test_the_commands_for_a_scan_of_ones_own_run(tmp_path, monkeypatch):
 
 
 def test_every_file_that_readme_points_at_exists():
-    for target in re.findall(r"\]\(([^)#]+)\)", README) + re.findall(r"`((?:models|tools|notebooks|docs)/[\w./-]+)`", README):
+    for target in re.findall(r"\]\(([^)#]+)\)", README) + re.findall(
+        r"`((?:models|tools|notebooks|docs)/[\w./-]+)`", README
+    ):
         if not target.startswith("http"):
             assert (ROOT / target).exists(), target

@@ -6,7 +6,12 @@ from drake_aerial.strict_yaml import check_keys, number, numbers, read_mapping
 
 def test_files_that_hold_no_mapping_are_refused(tmp_path):
     path = tmp_path / "file.yaml"
-    for text, word in (("[1, 2]", "list"), ("a: [", "not YAML"), ("", "NoneType"), ("!!python/object:os.x {}", "not YAML")):
+    for text, word in (
+        ("[1, 2]", "list"),
+        ("a: [", "not YAML"),
+        ("", "NoneType"),
+        ("!!python/object:os.x {}", "not YAML"),
+    ):
         path.write_text(text)
         with pytest.raises(InputError, match=word):
             read_mapping(path)
