@@ -27,12 +27,15 @@ if TYPE_CHECKING:
     from drake_aerial.plant.payload import Payload
     from drake_aerial.plant.payload_body import add_payload
     from drake_aerial.plant.quadrotor import add_quadrotor
+    from drake_aerial.plant.wind import WindParameters
     from drake_aerial.transferring.program import ContactProgram
     from drake_aerial.transferring.refinement import refine
     from drake_aerial.transferring.solutions import ContactSolutions
     from drake_aerial.transferring.transfer import transfer
+    from drake_aerial.transport.diagram_picture import write_diagram_picture
     from drake_aerial.transport.station import make_transport_station
-    from drake_aerial.transport.trial import TrialResult, fly
+    from drake_aerial.transport.station_parameters import StationParameters
+    from drake_aerial.transport.trial import TrialResult, fly, prepare_flight
 
 _HOMES = {
     "ContactProgram": "transferring.program",
@@ -46,8 +49,10 @@ _HOMES = {
     "Payload": "plant.payload",
     "PayloadMpc": "control.mpc",
     "PointCloud": "perception.point_cloud",
+    "StationParameters": "transport.station_parameters",
     "SurfaceFeatures": "perception.surface_features",
     "TrialResult": "transport.trial",
+    "WindParameters": "plant.wind",
     "add_cable": "plant.cable",
     "add_gripper": "plant.gripper",
     "add_payload": "plant.payload_body",
@@ -57,11 +62,13 @@ _HOMES = {
     "learn": "learning.learn",
     "make_transport_station": "transport.station",
     "partial_view": "perception.views",
+    "prepare_flight": "transport.trial",
     "read_scan": "named_inputs",
     "read_skill": "named_inputs",
     "refine": "transferring.refinement",
     "run_demo": "demo",
     "transfer": "transferring.transfer",
+    "write_diagram_picture": "transport.diagram_picture",
 }
 
 __all__ = [
@@ -76,8 +83,10 @@ __all__ = [
     "Payload",
     "PayloadMpc",
     "PointCloud",
+    "StationParameters",
     "SurfaceFeatures",
     "TrialResult",
+    "WindParameters",
     "add_cable",
     "add_gripper",
     "add_payload",
@@ -87,11 +96,13 @@ __all__ = [
     "learn",
     "make_transport_station",
     "partial_view",
+    "prepare_flight",
     "read_scan",
     "read_skill",
     "refine",
     "run_demo",
     "transfer",
+    "write_diagram_picture",
 ]
 
 

@@ -130,6 +130,7 @@ def _parser() -> argparse.ArgumentParser:
         help="a trajectory's name or YAML file (default: circle)",
     )
     fly.add_argument("--cable", choices=("inextensible", "elastic"), default="inextensible")
+    fly.add_argument("--graphviz", type=Path, metavar="FILE", help="also draw the diagram (.dot, or .svg, .png, .pdf)")
     fly.add_argument("--json", action="store_true", help="print the metrics as JSON on stdout")
     fly.set_defaults(run=_fly)
 
@@ -186,22 +187,23 @@ def _transfer(arguments: argparse.Namespace) -> int:
 
 
 def _fly(arguments: argparse.Namespace) -> int:
-    from drake_aerial import fly
+    from drake_aerial import prepare_flight, write_diagram_picture
     from drake_aerial.drawing.replay import write_replay
 
     with _progress("fly") as progress:
-        result = fly(
+        flight = prepare_flight(
             arguments.contacts,
             payload=arguments.payload,
             mass=arguments.mass,
             solution=arguments.solution,
-            seed=arguments.seed,
             belief=arguments.belief,
             controller=arguments.controller,
             trajectory=arguments.trajectory,
             cable=arguments.cable,
-            progress=progress,
         )
+        if arguments.graphviz:
+            write_diagram_picture(arguments.graphviz, flight.station)
+        result = flight.run(arguments.seed, progress=progress)
     result.save(arguments.out)
     write_replay(arguments.out / "flight.html", result)
     _report(arguments.json, result.metrics, f"{result.summary()}\n-> {arguments.out}")

@@ -257,9 +257,20 @@ def test_fly_writes_the_contracts_files(workshop, run, tmp_path):
     hover = tmp_path / "hover.yaml"
     hover.write_text("kind: hover\nhover_time: 2.0\n")
     code, text, err = run(
-        "fly", workshop / "contacts.json", "--mass", 0.2, "--trajectory", hover, "--out", out, "--json"
+        "fly",
+        workshop / "contacts.json",
+        "--mass",
+        0.2,
+        "--trajectory",
+        hover,
+        "--out",
+        out,
+        "--json",
+        "--graphviz",
+        tmp_path / "station.dot",
     )
     assert code == 0, err
+    assert "digraph" in (tmp_path / "station.dot").read_text()
     metrics = json.loads((out / "metrics.json").read_text())
     assert json.loads(text) == metrics
     assert metrics["schema"] == "drake_aerial/trial"
