@@ -17,6 +17,8 @@ from drake_aerial.transferring.query_density import Query
 GAMMA = 3.0
 # Smallest scale of a formation that is considered.
 SMALLEST_SCALE = 0.05
+# Yaws at which hulls are compared, where no votes say which.
+_YAWS = 72
 _Z = np.array([0.0, 0.0, 1.0])
 
 
@@ -50,6 +52,12 @@ class ScalePrior:
         mean = float(np.average(log_ratio, weights=weight))
         spread = float(np.sqrt(np.average((log_ratio - mean) ** 2, weights=weight)))
         return cls(mean, max(spread, 0.02))
+
+    @classmethod
+    def of_best_yaw(cls, new: HorizontalHull, old: HorizontalHull, p_FG: Array | None = None) -> ScalePrior:
+        """Return `of_hulls` at the yaw where the two hulls are most alike: the one of the smallest spread."""
+        yaws = np.linspace(0.0, 2.0 * np.pi, _YAWS, endpoint=False)
+        return min((cls.of_hulls(new, old, float(yaw), p_FG) for yaw in yaws), key=lambda prior: prior.sigma)
 
 
 class ContactLikelihood:

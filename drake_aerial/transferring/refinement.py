@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from drake_aerial.errors import InputError
-from drake_aerial.geometry import Pose, invert
+from drake_aerial.geometry import Array, Pose, invert
 from drake_aerial.learning.skill import ContactSkill
 from drake_aerial.transferring.evidence import Evidence
 from drake_aerial.transferring.examination import Examination
@@ -86,7 +86,7 @@ def refine(
     report(1.0, "refinement")
     order = np.argsort([-solution.log_likelihood for solution in refined], kind="stable")
     if merge and refined:
-        order = _merged(refined, parameters.distinct)
+        order = _merged(refined, parameters.distinct, skill.configuration.cable_length)
     ranked = tuple(replace(refined[i], rank=rank) for rank, i in enumerate(order, 1))
     timing = solutions.timing | {"refine_s": round(time.perf_counter() - begin, 4)}
     return replace(solutions, solutions=ranked, timing=timing)
@@ -162,7 +162,7 @@ def _better(found: Solution, kept: Solution) -> bool:
     return likelier and (found.feasible or len(found.reasons) <= len(kept.reasons))
 
 
-def _merged(refined: list[Solution], distance: float) -> np.ndarray:
+def _merged(refined: list[Solution], distance: float, cable_length: Array) -> np.ndarray:
     """Return the indices of distinct solutions, the likeliest first; a feasible one is never merged into another that
     is not.
     """
@@ -172,6 +172,6 @@ def _merged(refined: list[Solution], distance: float) -> np.ndarray:
     groups = []
     for group in (np.flatnonzero(feasible), np.flatnonzero(~feasible)):
         if len(group):
-            groups.append(group[distinct(X.take(group), log_j[group], len(group), distance)])
+            groups.append(group[distinct(X.take(group), log_j[group], len(group), distance, cable_length)])
     kept = np.sort(np.concatenate(groups))
     return kept[np.argsort(-log_j[kept], kind="stable")]

@@ -185,12 +185,25 @@ def query(
                     resample_rng,
                 )
             )
-    yaw = float(votes.density.mode[2]) if votes is not None and votes.with_yaw else 0.0
-    prior = ScalePrior(0.0, 0.02)
-    if scale != "rigid":
-        prior = ScalePrior.of_hulls(hull, skill.hull, yaw, skill.configuration.X_FG.p)
-    likelihood = ContactLikelihood(skill.configuration, tuple(queries), votes, prior)
+    likelihood = ContactLikelihood(
+        skill.configuration, tuple(queries), votes, _scale_prior(skill, hull, votes, method, parameters)
+    )
     return Evidence(X_SN, features, hull, likelihood, votes, scale)
+
+
+def _scale_prior(
+    skill: ContactSkill, hull: HorizontalHull, votes: HullVotes | None, method: str, parameters: TransferParameters
+) -> ScalePrior:
+    """Return how large the formation is expected: by the hulls, or as demonstrated.
+
+    `control` has the prior of `task`, so that it differs in the votes alone; no vote tells it the yaw.
+    """
+    if len(skill) == 1 or parameters.scale == "rigid" or METHODS[method][1] != "normalised":
+        return ScalePrior(0.0, 0.02)
+    p_FG = skill.configuration.X_FG.p
+    if votes is None:
+        return ScalePrior.of_best_yaw(hull, skill.hull, p_FG)
+    return ScalePrior.of_hulls(hull, skill.hull, float(votes.density.mode[2]), p_FG)
 
 
 def _spin_free(skill: ContactSkill, X_NG: Pose) -> Pose:

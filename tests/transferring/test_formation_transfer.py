@@ -17,6 +17,7 @@ from drake_aerial.perception.point_cloud import PointCloud
 from drake_aerial.transferring.likelihood import ScalePrior
 from drake_aerial.transferring.transfer import transfer
 
+ARMS = ("task", "control", "kopicki")
 SIDE = 0.32 * np.sqrt(3.0)
 
 
@@ -91,3 +92,14 @@ def test_grippers_in_line_scale_with_the_length_along_them():
     # The yaw turns the demonstrated object, its hull and its grippers alike.
     across = ScalePrior.of_hulls(rectangle(0.1, 1.4), short, 0.5 * np.pi, line)
     assert across.log_mean == pytest.approx(along.log_mean, abs=1e-6)
+
+
+def test_control_expects_the_size_that_task_expects():
+    # The arms differ in the votes alone: on a triangle of another size both know the size from the hulls.
+    cloud, _ = hollow_triangle(1.4, yaw=0.3)
+    priors = {m: transfer(skill("formation"), cloud, method=m, parameters=FAST).evidence.likelihood.prior for m in ARMS}
+    assert np.exp(priors["task"].log_mean) == pytest.approx(1.4, rel=0.01)
+    assert np.exp(priors["control"].log_mean) == pytest.approx(1.4, rel=0.01)
+    assert priors["task"].sigma == pytest.approx(priors["control"].sigma, abs=0.03)
+    # The paper knows no scale.
+    assert priors["kopicki"].log_mean == 0.0
