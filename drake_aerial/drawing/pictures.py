@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from drake_aerial.drawing.picture import BLACK, BLUE, GREEN, GREY, ORANGE, RED, Color, Picture
-from drake_aerial.geometry import Array, Pose, quat_from_two_vectors
+from drake_aerial.geometry import Array, Pose
 
 if TYPE_CHECKING:
     from drake_aerial.learning.skill import ContactSkill
@@ -109,14 +109,6 @@ def add_formation(picture: Picture, grippers: Pose, quadrotors: Pose, color: Col
         picture.add_frame(grippers.take(n), length=0.08, radius=0.004)
         picture.add_tube([p_G, p_Q], color=BLACK, radius=0.0025)
         picture.add_quadrotor(quadrotors.take(n), arm=0.11)
-
-
-def up_picture(picture_points: Array, up: Array) -> Array:
-    """Return points (N, 3) turned so that `up` (3,) is +z, as pictures are drawn."""
-    q = quat_from_two_vectors(np.asarray(up, float), np.array([0.0, 0.0, 1.0]))
-    from drake_aerial.geometry import rotate
-
-    return rotate(q, picture_points)
 
 
 def _dot(points: Array) -> float:
