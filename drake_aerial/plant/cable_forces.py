@@ -21,8 +21,9 @@ from pydrake.systems.framework import (
 
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
-from drake_aerial.plant.cable import Cable
+from drake_aerial.plant.cable import Cable, tension_matrix
 from drake_aerial.plant.cable_geometry import contact_offsets
+from drake_aerial.plant.elastic_step import mean_pull
 from drake_aerial.plant.scene import GRAVITY
 
 
@@ -51,8 +52,8 @@ class CableTensions(LeafSystem):
 class ElasticCables(LeafSystem):
     """n cables that are springs with damping while longer than their length, and nothing otherwise.
 
-    T = max(0, k (d - l) + c d') if d > l, else 0. A gripper that is pulled off (T (-xi.normal) above its holding force) has T = 0 from
-    then on.
+    T = max(0, k (d - l) + c d') if d > l, else 0, as the mean over the plant's step (`mean_pull`). A gripper that is pulled off
+    (T (-xi.normal) above its holding force) has T = 0 from then on.
 
     | port | size | meaning |
     |---|---|---|
@@ -61,6 +62,8 @@ class ElasticCables(LeafSystem):
     | out `applied_spatial_force` | abstract | for the plant |
     | out `tension` | n | [N] |
     | out `attached` | n | 1 attached, 0 released (the discrete state) |
+
+    What else accelerates the stretches (thrust, weight, turning) is what the last step saw beyond its tensions.
     """
 
     def __init__(self, plant: MultibodyPlant, cables: list[Cable]):
@@ -76,8 +79,18 @@ class ElasticCables(LeafSystem):
         self._quadrotors = [cable.quadrotor.body.index() for cable in cables]
         self._payload_state = self.DeclareVectorInputPort("payload_state", 13)
         self._quadrotor_states = self.DeclareVectorInputPort("quadrotor_states", 13 * n)
+        self._step = plant.time_step()
+        self._masses = np.array([cable.quadrotor.body.default_mass() for cable in cables])
+        self._mass, self._p_LoC, self._inertia = _hanging(plant, cables)
         state = self.DeclareDiscreteState(np.ones(n))
-        sources = {self._payload_state.ticket(), self._quadrotor_states.ticket(), self.discrete_state_ticket(state)}
+        # Of the last step: its time, the rates, and what the tensions made of them.
+        self._last = self.DeclareDiscreteState(np.concatenate([[-np.inf], np.zeros(2 * n)]))
+        sources = {
+            self._payload_state.ticket(),
+            self._quadrotor_states.ticket(),
+            self.xd_ticket(),
+            self.time_ticket(),
+        }
         # One evaluation serves the forces, the tensions and the release.
         producer = ValueProducer(allocate=lambda: Value[object](), calc=self._calc_pull)
         self._pull = self.DeclareCacheEntry("pull", producer, sources)
@@ -85,23 +98,35 @@ class ElasticCables(LeafSystem):
         self.DeclareAbstractOutputPort("applied_spatial_force", model.Clone, self._calc_forces, sources)
         self.DeclareVectorOutputPort("tension", n, self._calc_tension, sources)
         self.DeclareStateOutputPort("attached", state)
-        self.DeclarePeriodicDiscreteUpdateEvent(plant.time_step(), 0.0, self._release)
+        self.DeclarePeriodicDiscreteUpdateEvent(self._step, 0.0, self._advance)
 
     def _calc_pull(self, context: Context, value: AbstractValue) -> None:
-        attached = context.get_discrete_state_vector().value()
+        attached = context.get_discrete_state(0).value()
         offsets = contact_offsets(self._payload_state.Eval(context), self._quadrotor_states.Eval(context), self._p_LC)
         distance = np.sqrt(np.einsum("ij,ij->i", offsets.p_QC_W, offsets.p_QC_W))
         xi = offsets.p_QC_W / np.maximum(distance, 1e-9)[:, None]
         stretch = distance - self._length
         rate = np.einsum("ij,ij->i", xi, offsets.v_QC_W)
-        tension = np.where(stretch > 0.0, np.maximum(0.0, self._k * stretch + self._c * rate), 0.0) * attached
-        value.set_value((tension, xi, offsets.R_WL))
+        if (stretch < -self._step * np.abs(rate) - 1e-3).all():
+            still = np.zeros(len(stretch))
+            value.set_value((still, xi, offsets.R_WL, rate, still))
+            return
+        matrix = tension_matrix(self._masses, self._mass, self._inertia, self._p_LoC, xi @ offsets.R_WL)
+        matrix = matrix * attached
+        last = context.get_discrete_state(self._last).value()
+        other = np.zeros(len(stretch))
+        # A clock that was set anew has no last step.
+        if 0.0 < context.get_time() - last[0] < 1.5 * self._step:
+            before, by_tension = last[1:].reshape(2, -1)
+            other = (rate - before) / self._step - by_tension
+        tension = mean_pull(stretch, rate, other, matrix, self._k, self._c, self._step) * attached
+        value.set_value((tension, xi, offsets.R_WL, rate, -matrix @ tension))
 
     def _calc_tension(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._pull.Eval(context)[0])
 
     def _calc_forces(self, context: Context, value: AbstractValue) -> None:
-        tension, xi, _ = self._pull.Eval(context)
+        tension, xi, *_ = self._pull.Eval(context)
         forces = []
         for i, T in enumerate(tension):
             if T == 0.0:
@@ -115,14 +140,26 @@ class ElasticCables(LeafSystem):
             forces += [at_quadrotor, at_contact]
         value.set_value(forces)
 
-    def _release(self, context: Context, discrete_state: DiscreteValues) -> EventStatus:
-        tension, xi, R_WL = self._pull.Eval(context)
+    def _advance(self, context: Context, discrete_state: DiscreteValues) -> EventStatus:
+        tension, xi, R_WL, rate, by_tension = self._pull.Eval(context)
+        discrete_state.get_mutable_vector(self._last).SetFromVector(
+            np.concatenate([[context.get_time()], rate, by_tension])
+        )
         torn = normal_pull(tension, xi, self._normal_L @ R_WL.T) > self._hold
-        if not torn.any():
-            return EventStatus.DidNothing()
-        attached = context.get_discrete_state_vector().value() * ~torn
-        discrete_state.get_mutable_vector().SetFromVector(attached)
+        if torn.any():
+            attached = context.get_discrete_state(0).value() * ~torn
+            discrete_state.get_mutable_vector(0).SetFromVector(attached)
         return EventStatus.Succeeded()
+
+
+def _hanging(plant: MultibodyPlant, cables: list[Cable]) -> tuple[float, Array, Array]:
+    """Return mass [kg], contacts from the centre of mass (n, 3) [m] and central inertia (3, 3) of the payload with its grippers, in L."""
+    payload = cables[0].gripper.payload.body
+    bodies = [payload.index(), *(cable.gripper.body.index() for cable in cables)]
+    M_L = plant.CalcSpatialInertia(plant.CreateDefaultContext(), payload.body_frame(), bodies)
+    com = np.array(M_L.get_com())
+    central = M_L.Shift(com).CalcRotationalInertia().CopyToFullMatrix3()
+    return M_L.get_mass(), np.stack([cable.gripper.p_LC for cable in cables]) - com, central
 
 
 def normal_pull(tension: Array, xi: Array, normal: Array) -> Array:
@@ -217,7 +254,7 @@ class CableSystem:
         if self.release is not None:
             return self.release.attached(root_context)
         context = self.system.GetMyContextFromRoot(root_context)
-        return context.get_discrete_state_vector().value() > 0.5
+        return context.get_discrete_state(0).value() > 0.5
 
 
 def connect_cables(
