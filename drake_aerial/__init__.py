@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from drake_aerial.transferring.solutions import ContactSolutions
     from drake_aerial.transferring.transfer import transfer
     from drake_aerial.transport.diagram_picture import write_diagram_picture
+    from drake_aerial.transport.flight_options import FlightOptions
     from drake_aerial.transport.station import make_transport_station
     from drake_aerial.transport.station_parameters import StationParameters
     from drake_aerial.transport.trial import TrialResult, fly, prepare_flight
@@ -43,6 +44,7 @@ _HOMES = {
     "ContactSolutions": "transferring.solutions",
     "Demonstration": "learning.demonstration",
     "DrakeAerialError": "errors",
+    "FlightOptions": "transport.flight_options",
     "GeometricController": "control.geometric",
     "InputError": "errors",
     "JobError": "errors",
@@ -77,6 +79,7 @@ __all__ = [
     "ContactSolutions",
     "Demonstration",
     "DrakeAerialError",
+    "FlightOptions",
     "GeometricController",
     "InputError",
     "JobError",

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,29 +12,18 @@ from pydrake.systems.analysis import Simulator
 
 import drake_aerial
 from drake_aerial.blas_threads import one_blas_thread
-from drake_aerial.control.geometric import GeometricController
-from drake_aerial.control.mpc import PayloadMpc
 from drake_aerial.control.observation import PositionFilter
 from drake_aerial.control.payload_parameters import PayloadModelParameters
-from drake_aerial.control.trajectory import Trajectory
 from drake_aerial.control.trajectory_files import read_trajectory, trajectory_to_dict
-from drake_aerial.errors import InputError
 from drake_aerial.plant.scene import GRAVITY
-from drake_aerial.transport.beliefs import BELIEFS, believed_model, suspended_properties
+from drake_aerial.transport.beliefs import believed_model, suspended_properties
+from drake_aerial.transport.flight_options import CONTROLLERS, FlightOptions
 from drake_aerial.transport.metrics import flight_metrics
 from drake_aerial.transport.outcome import FlightMonitor, Progress
 from drake_aerial.transport.recording import phase_names, record
 from drake_aerial.transport.station import TransportStation, make_transport_station
-from drake_aerial.transport.station_parameters import StationParameters
 from drake_aerial.transport.suspension import Suspension
 from drake_aerial.transport.trial_result import SCHEMA, VERSION, TrialResult
-
-CONTROLLERS: dict[str, Callable[..., Any]] = {
-    "mpc": PayloadMpc,
-    "geometric_ff": lambda model, **options: GeometricController(model, feedforward=True, **options),
-    "geometric": lambda model, **options: GeometricController(model, feedforward=False, **options),
-}
-"""Constructors by name; each takes the believed `PayloadModelParameters`."""
 
 
 class Flight:
@@ -47,6 +34,7 @@ class Flight:
     Attributes
     ----------
     suspension : Suspension
+    options : FlightOptions
     model : PayloadModelParameters
         What the controller believes.
     station : TransportStation
@@ -58,53 +46,61 @@ class Flight:
     def __init__(
         self,
         suspension: Suspension,
+        options: FlightOptions | None = None,
         *,
-        belief: str = "below_contact",
-        controller: str = "mpc",
-        trajectory: str | Path | Trajectory = "transport",
-        parameters: StationParameters | None = None,
-        controller_options: dict[str, Any] | None = None,
-        mass_ratio: float = 1.0,
         source: dict[str, Any] | None = None,
+        **changes: Any,
     ):
-        """Prepare a flight; see `fly` for the parameters. Raises InputError."""
-        if belief not in BELIEFS:
-            raise InputError(f"no belief {belief!r}: give one of {', '.join(BELIEFS)}")
-        if controller not in CONTROLLERS:
-            raise InputError(f"no controller {controller!r}: give one of {', '.join(CONTROLLERS)}")
-        parameters = StationParameters() if parameters is None else parameters
+        """Prepare a flight.
+
+        Parameters
+        ----------
+        suspension : Suspension
+        options : FlightOptions, optional
+        source : dict, optional
+            Where the contacts are from, for the record.
+        **changes
+            Fields of `FlightOptions` that are to differ from `options`.
+
+        Raises
+        ------
+        InputError
+            For a bad option, or a payload too heavy to lift.
+        """
+        self.options = options = FlightOptions.merged(options, changes)
+        parameters = options.station_parameters
         # "circle" is what one flies; the trajectory that does so is called after its task.
-        self.trajectory = read_trajectory("transport" if trajectory == "circle" else trajectory)
+        self.trajectory = read_trajectory("transport" if options.trajectory == "circle" else options.trajectory)
         self.suspension = suspension
         self.model: PayloadModelParameters = believed_model(
-            belief,
+            options.belief,
             suspension.payload,
             suspension.p_LC,
             scan_L=suspension.scan_L,
             quadrotors=parameters.quadrotors(len(suspension.p_LC)),
             cable=parameters.cable,
             gripper=parameters.gripper,
-            mass_ratio=mass_ratio,
+            mass_ratio=options.mass_ratio,
         )
         hanging, _, _ = suspended_properties(suspension.payload, suspension.p_LC, parameters.gripper)
         self._weight = GRAVITY * hanging
-        options = controller_options or {}
+        further = options.controller_options or {}
         # A tick one plant step after each sample sees that sample; the filter is told how noisy positions are.
         matched = {"offset": parameters.time_step, "position_filter": PositionFilter(parameters.noise)}
         self.station: TransportStation = make_transport_station(
             suspension.payload,
             suspension.p_LC,
             suspension.normal_L,
-            controller=CONTROLLERS[controller](self.model, **{**matched, **options}),
+            controller=CONTROLLERS[options.controller](self.model, **{**matched, **further}),
             parameters=parameters,
         )
         payload = suspension.payload
         self.configuration = {
             "package_version": drake_aerial.__version__,
-            "belief": belief,
-            "mass_ratio": mass_ratio,
-            "controller": controller,
-            "controller_options": {key: repr(value) for key, value in options.items()},
+            "belief": options.belief,
+            "mass_ratio": options.mass_ratio,
+            "controller": options.controller,
+            "controller_options": {key: repr(value) for key, value in further.items()},
             "trajectory": trajectory_to_dict(self.trajectory),
             "station": _plain(asdict(parameters)),
             "payload": {

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from drake_aerial.control.trajectory import Trajectory
 from drake_aerial.errors import InputError
-from drake_aerial.plant.cable import CableParameters
 from drake_aerial.plant.payload import Payload
 from drake_aerial.transport.flight import Flight
+from drake_aerial.transport.flight_options import FlightOptions
 from drake_aerial.transport.outcome import Progress
-from drake_aerial.transport.station_parameters import StationParameters
 from drake_aerial.transport.suspension import Suspension, read_scan
 from drake_aerial.transport.trial_result import TrialResult
 
@@ -28,14 +25,8 @@ def prepare_flight(
     mass: float | None = None,
     solution: int = 1,
     cloud: PointCloud | None = None,
-    belief: str = "below_contact",
-    controller: str = "mpc",
-    trajectory: str | Path | Trajectory = "transport",
-    cable: str | CableParameters | None = None,
-    noise: float | None = None,
-    parameters: StationParameters | None = None,
-    controller_options: dict[str, Any] | None = None,
-    mass_ratio: float = 1.0,
+    options: FlightOptions | None = None,
+    **changes: Any,
 ) -> Flight:
     """Return the `Flight` of one contact solution, to be run with many seeds; parameters and errors as of `fly`."""
     from drake_aerial.transferring.solutions import ContactSolutions
@@ -60,23 +51,11 @@ def prepare_flight(
         centroid=contacts.cloud.get("centroid"),
         up=contacts.cloud.get("up"),
     )
-    parameters = StationParameters() if parameters is None else parameters
-    if cable is not None:
-        if isinstance(cable, CableParameters):
-            parameters = replace(parameters, cable=cable)
-        else:
-            parameters = parameters.with_cable_kind(cable)
-    if noise is not None:
-        parameters = replace(parameters, noise=noise)
     return Flight(
         suspension,
-        belief=belief,
-        controller=controller,
-        trajectory=trajectory,
-        parameters=parameters,
-        controller_options=controller_options,
-        mass_ratio=mass_ratio,
+        options,
         source={"method": contacts.method, "skill": contacts.skill, "seed": contacts.seed, "solution": solution},
+        **changes,
     )
 
 
@@ -88,15 +67,9 @@ def fly(
     solution: int = 1,
     seed: int = 0,
     cloud: PointCloud | None = None,
-    belief: str = "below_contact",
-    controller: str = "mpc",
-    trajectory: str | Path | Trajectory = "transport",
-    cable: str | CableParameters | None = None,
-    noise: float | None = None,
-    parameters: StationParameters | None = None,
-    controller_options: dict[str, Any] | None = None,
-    mass_ratio: float = 1.0,
     progress: Progress | None = None,
+    options: FlightOptions | None = None,
+    **changes: Any,
 ) -> TrialResult:
     """Fly one solution of a transfer, from the ground.
 
@@ -114,24 +87,12 @@ def fly(
         Of the measurement noise and the wind.
     cloud : PointCloud, optional
         The scan, if it is not where contacts.json says.
-    belief : str
-        What the controller takes for the centre of mass: below_contact, geometric or true.
-    controller : str
-        mpc, geometric_ff or geometric.
-    trajectory : str, path or Trajectory
-        "transport" (also called "circle"), hover, line, waypoints, or a YAML file.
-    cable : str or CableParameters, optional
-        "inextensible" (default) or "elastic".
-    noise : float, optional
-        Standard deviation of the measured payload position, per coordinate [m]; 0.01 by default.
-    parameters : StationParameters, optional
-        Everything else about the station: unequal teams, wind, motor lag.
-    controller_options : dict, optional
-        Further arguments of the controller.
-    mass_ratio : float
-        What the controller takes for the payload's mass, over the true one.
     progress : callable, optional
         Called with the fraction flown and a word on it.
+    options : FlightOptions, optional
+        How to fly: belief, controller, trajectory, cable, noise, team, wind.
+    **changes
+        Fields of `FlightOptions` that are to differ from `options`: `fly(contacts, controller="geometric", noise=0.0)`.
 
     Returns
     -------
@@ -149,13 +110,7 @@ def fly(
         mass=mass,
         solution=solution,
         cloud=cloud,
-        belief=belief,
-        controller=controller,
-        trajectory=trajectory,
-        cable=cable,
-        noise=noise,
-        parameters=parameters,
-        controller_options=controller_options,
-        mass_ratio=mass_ratio,
+        options=options,
+        **changes,
     )
     return flight.run(seed, progress=progress)

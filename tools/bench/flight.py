@@ -24,7 +24,8 @@ import numpy as np
 
 from drake_aerial.plant.payload import Payload
 from drake_aerial.transport.beliefs import BELIEFS
-from drake_aerial.transport.flight import CONTROLLERS, Flight
+from drake_aerial.transport.flight import Flight
+from drake_aerial.transport.flight_options import CONTROLLERS
 from drake_aerial.transport.station import StationParameters
 from drake_aerial.transport.suspension import Suspension
 

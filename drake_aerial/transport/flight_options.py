@@ -1,0 +1,72 @@
+"""How a payload is flown: what `fly`, `prepare_flight` and `Flight` take besides the contacts and the payload."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from drake_aerial.control.geometric import GeometricController
+from drake_aerial.control.mpc import PayloadMpc
+from drake_aerial.control.trajectory import Trajectory
+from drake_aerial.errors import InputError
+from drake_aerial.plant.cable import CableParameters
+from drake_aerial.transport.beliefs import BELIEFS
+from drake_aerial.transport.station_parameters import StationParameters
+
+CONTROLLERS: dict[str, Callable[..., Any]] = {
+    "mpc": PayloadMpc,
+    "geometric_ff": lambda model, **options: GeometricController(model, feedforward=True, **options),
+    "geometric": lambda model, **options: GeometricController(model, feedforward=False, **options),
+}
+"""Constructors by name; each takes the believed `PayloadModelParameters`."""
+
+
+@dataclass(frozen=True)
+class FlightOptions:
+    """How to fly; each field is also a keyword of `fly`, `prepare_flight` and `Flight`.
+
+    Raises
+    ------
+    InputError
+        For an unknown belief or controller.
+    """
+
+    belief: str = "below_contact"
+    """What the controller takes for the centre of mass: below_contact, geometric or true."""
+    controller: str = "mpc"
+    """mpc, geometric_ff or geometric."""
+    trajectory: str | Path | Trajectory = "transport"
+    """"transport" (also called "circle"), hover, line, waypoints, or a YAML file."""
+    cable: str | CableParameters | None = None
+    """"inextensible" or "elastic", or everything about the cables; None: as `parameters` has them."""
+    noise: float | None = None
+    """Standard deviation of the measured payload position, per coordinate [m]; None: as `parameters` has it."""
+    parameters: StationParameters | None = None
+    """Everything else about the station: unequal teams, wind, motor lag; None for the paper's values."""
+    controller_options: dict[str, Any] | None = None
+    """Further arguments of the controller."""
+    mass_ratio: float = 1.0
+    """What the controller takes for the payload's mass, over the true one."""
+
+    def __post_init__(self) -> None:
+        if self.belief not in BELIEFS:
+            raise InputError(f"no belief {self.belief!r}: give one of {', '.join(BELIEFS)}")
+        if self.controller not in CONTROLLERS:
+            raise InputError(f"no controller {self.controller!r}: give one of {', '.join(CONTROLLERS)}")
+
+    @classmethod
+    def merged(cls, options: FlightOptions | None, changes: dict[str, Any]) -> FlightOptions:
+        """Return `options`, or the defaults, with some fields changed. Raises TypeError for a field that does not exist."""
+        return replace(cls() if options is None else options, **changes)
+
+    @property
+    def station_parameters(self) -> StationParameters:
+        """The station's parameters, with the kind of cable and the noise that were asked for."""
+        parameters = StationParameters() if self.parameters is None else self.parameters
+        if isinstance(self.cable, CableParameters):
+            parameters = replace(parameters, cable=self.cable)
+        elif self.cable is not None:
+            parameters = parameters.with_cable_kind(self.cable)
+        return parameters if self.noise is None else replace(parameters, noise=self.noise)
