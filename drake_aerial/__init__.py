@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from drake_aerial.perception.surface_features import SurfaceFeatures, compute_features
     from drake_aerial.perception.views import partial_view
     from drake_aerial.plant.cable import add_cable
+    from drake_aerial.plant.dryden import Dryden
     from drake_aerial.plant.gripper import add_gripper
     from drake_aerial.plant.payload import Payload
     from drake_aerial.plant.payload_body import add_payload
@@ -44,6 +45,7 @@ _HOMES = {
     "ContactSolutions": "transferring.solutions",
     "Demonstration": "learning.demonstration",
     "DrakeAerialError": "errors",
+    "Dryden": "plant.dryden",
     "FlightOptions": "transport.flight_options",
     "GeometricController": "control.geometric",
     "InputError": "errors",
@@ -79,6 +81,7 @@ __all__ = [
     "ContactSolutions",
     "Demonstration",
     "DrakeAerialError",
+    "Dryden",
     "FlightOptions",
     "GeometricController",
     "InputError",

@@ -13,20 +13,26 @@ from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, Disc
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
 from drake_aerial.plant.cable_geometry import rotation
+from drake_aerial.plant.dryden import Dryden
 from drake_aerial.plant.payload_body import PayloadBody
 from drake_aerial.plant.quadrotor import Quadrotor
 
 AIR_DENSITY = 1.225
 """At sea level [kg/m^3]."""
-TURBULENCE_PERIOD = 0.01
-"""Between two values of the turbulence, held in between [s]."""
+TURBULENCE_PERIOD = 0.002
+"""Between two values of the turbulence where no other is asked for, held in between: the plant's own default step [s]."""
 
 Three = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
 class WindParameters:
-    """Mean wind, one gust and turbulence, which add up; vectors are in the world frame. With zeros, the drag of still air remains."""
+    """Mean wind, one gust and turbulence, which add up; vectors are in the world frame. With zeros, the drag of still air remains.
+
+    The wind is the same everywhere at a time, and pushes on the payload and on the quadrotors. Not modelled: the quadrotors' downwash on
+    the payload and on one another, the drag of cables and grippers, lift and aerodynamic moments, what inflow does to the propellers'
+    thrust, and how turbulence differs between two places or with height.
+    """
 
     mean: Three = (0.0, 0.0, 0.0)
     """Constant velocity of the air [m/s]."""
@@ -36,27 +42,23 @@ class WindParameters:
     """When it begins [s]."""
     gust_duration: float = 2.0
     """From calm to calm [s]."""
-    turbulence: Three = (0.0, 0.0, 0.0)
-    """Standard deviation along each axis [m/s]."""
-    turbulence_time: float = 1.0
-    """Correlation time of the turbulence, length scale over mean air speed in Dryden's model [s]."""
+    turbulence: Dryden | None = None
+    """Of Dryden's spectra, along the mean wind's horizontal heading (the world's x where it has none), across it and up."""
     payload_drag: float = 1.05
-    """Drag coefficient of the payload, whose area is its bounding box's; 1.05 is a cube's."""
+    """Drag coefficient of the payload, whose areas [m^2] are those of its bounding box's faces; 1.05 is a cube's."""
     quadrotor_drag_area: float = 0.01
     """Drag coefficient times area of each quadrotor, the same from all sides [m^2]."""
 
     def __post_init__(self) -> None:
-        for name in ("mean", "gust", "turbulence"):
+        for name in ("mean", "gust"):
             value = np.asarray(getattr(self, name), dtype=float)
             if value.shape != (3,) or not np.isfinite(value).all():
                 raise InputError(f"the wind's {name} is {getattr(self, name)!r}; three finite numbers [m/s] accepted")
             object.__setattr__(self, name, tuple(value.tolist()))
-        if min(self.turbulence) < 0.0:
-            raise InputError(f"the wind's turbulence is {self.turbulence!r}; standard deviations of 0 or more accepted")
-        for name in ("gust_duration", "turbulence_time"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0.0):
-                raise InputError(f"the wind's {name} is {value!r} s; a positive number accepted")
+        if self.turbulence is not None and not isinstance(self.turbulence, Dryden):
+            raise InputError(f"the wind's turbulence is {self.turbulence!r}; a Dryden or None accepted")
+        if not (np.isfinite(self.gust_duration) and self.gust_duration > 0.0):
+            raise InputError(f"the wind's gust_duration is {self.gust_duration!r} s; a positive number accepted")
         for name in ("gust_start", "payload_drag", "quadrotor_drag_area"):
             value = getattr(self, name)
             if not (np.isfinite(value) and value >= 0.0):
@@ -70,21 +72,30 @@ class Wind(LeafSystem):
     |---|---|---|
     | out `velocity` | 3 | of the air in the world [m/s] |
 
-    Turbulence along each axis is noise through a first-order filter, the longitudinal form of Dryden's spectrum, so its
-    autocorrelation is sigma^2 exp(-|t| / turbulence_time) from the first instant on. Its state is in the Context; the noise
-    is a function of the seed, a parameter in the Context (`set_seed`), and of the time.
+    Turbulence is noise through Dryden's filters, discretised exactly and as strong from the first instant on as ever. Their state is in
+    the Context; the noise is a function of the seed, a parameter in the Context (`set_seed`), and of the time.
+
+    Parameters
+    ----------
+    parameters : WindParameters
+    period : float
+        Of the turbulence, the plant's own [s].
     """
 
-    def __init__(self, parameters: WindParameters):
+    def __init__(self, parameters: WindParameters, period: float = TURBULENCE_PERIOD):
         super().__init__()
-        self._parameters = parameters
-        self._mean, self._gust, self._sigma = (
-            np.array(v) for v in (parameters.mean, parameters.gust, parameters.turbulence)
-        )
+        if not (np.isfinite(period) and period > 0.0):
+            raise InputError(f"the turbulence's period is {period!r} s; a positive number accepted")
+        self._parameters, self._period = parameters, period
+        self._mean, self._gust = np.array(parameters.mean), np.array(parameters.gust)
         self._seed = self.DeclareNumericParameter(BasicVector([0.0]))
-        self.DeclareDiscreteState(np.zeros(3))
-        if self._sigma.any():
-            self.DeclarePeriodicDiscreteUpdateEvent(TURBULENCE_PERIOD, 0.0, self._stir)
+        self.DeclareDiscreteState(np.zeros(6))
+        if parameters.turbulence is not None:
+            self._Phi, self._N, C, self._N0 = parameters.turbulence.steps(period)
+            heading = np.arctan2(self._mean[1], self._mean[0])
+            along, across = (np.cos(heading), np.sin(heading), 0.0), (-np.sin(heading), np.cos(heading), 0.0)
+            self._C_W = np.array([along, across, (0.0, 0.0, 1.0)]).T[:, :, None] * C
+            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._stir)
         self.DeclareVectorOutputPort("velocity", 3, self._calc)
 
     def set_seed(self, context: Context, seed: int) -> None:
@@ -92,28 +103,34 @@ class Wind(LeafSystem):
         context.get_mutable_numeric_parameter(self._seed).SetFromVector([float(seed)])
 
     def _stir(self, context: Context, discrete_state: DiscreteValues) -> None:
-        number = round(context.get_time() / TURBULENCE_PERIOD)
+        number = round(context.get_time() / self._period)
         seed = int(context.get_numeric_parameter(self._seed).GetAtIndex(0))
         # The second word of the key sets this stream apart from the perception's of the same seed.
         key, counter = np.array([seed, 1], dtype=np.uint64), [0, 0, 0, number]
-        noise = self._sigma * np.random.Generator(np.random.Philox(key=key, counter=counter)).standard_normal(3)
-        keep = np.exp(-TURBULENCE_PERIOD / self._parameters.turbulence_time) if number > 0 else 0.0
-        last = context.get_discrete_state_vector().value()
-        discrete_state.get_mutable_vector().SetFromVector(keep * last + np.sqrt(1.0 - keep**2) * noise)
+        noise = np.random.Generator(np.random.Philox(key=key, counter=counter)).standard_normal((3, 2, 1))
+        if number > 0:
+            after = self._Phi @ context.get_discrete_state_vector().value().reshape(3, 2, 1) + self._N @ noise
+        else:
+            after = self._N0 @ noise
+        discrete_state.get_mutable_vector().SetFromVector(after.ravel())
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         p = self._parameters
         since = (context.get_time() - p.gust_start) / p.gust_duration
         strength = 0.5 * (1.0 - np.cos(2.0 * np.pi * since)) if 0.0 < since < 1.0 else 0.0
-        output.SetFromVector(self._mean + strength * self._gust + context.get_discrete_state_vector().value())
+        velocity = self._mean + strength * self._gust
+        if p.turbulence is not None:
+            x = context.get_discrete_state_vector().value().reshape(3, 2)
+            velocity = velocity + (self._C_W * x).sum((1, 2))
+        output.SetFromVector(velocity)
 
 
 class WindDrag(LeafSystem):
     """The push of the air on a payload and n quadrotors.
 
-    On the payload, at the centre of its bounding box, f = rho/2 c |v| (A_x v_x, A_y v_y, A_z v_z) in the axes of L, v the air's
-    velocity relative to that point and A the areas of the box's faces; on each quadrotor, at its centre, rho/2 (c A) |v| v. Neither
-    has a moment about its point of attack.
+    On the payload, at the centre of its bounding box, f = rho/2 c |v| (A_x v_x, A_y v_y, A_z v_z) [N] in the axes of L, v the air's
+    velocity relative to that point [m/s] and A the areas of the box's faces [m^2]; on each quadrotor, at its centre, rho/2 (c A) |v| v.
+    Neither has a moment about its point of attack. What is not modelled is said at `WindParameters`.
 
     | port | size | meaning |
     |---|---|---|
@@ -181,7 +198,7 @@ def connect_wind(
         (13) and (13 n), true and current.
     parameters : WindParameters
     name : str
-        Of the system that gives the velocity; the drag's is "<name>_drag".
+        Of the system that gives the velocity; the drag's is "<name>_drag". Turbulence changes at the plant's steps.
 
     Returns
     -------
@@ -189,7 +206,7 @@ def connect_wind(
     forces : OutputPort
         Spatial forces, for the plant's applied_spatial_force port.
     """
-    wind = builder.AddNamedSystem(name, Wind(parameters))
+    wind = builder.AddNamedSystem(name, Wind(parameters, plant.time_step() or TURBULENCE_PERIOD))
     drag = builder.AddNamedSystem(f"{name}_drag", WindDrag(plant, payload, quadrotors, parameters))
     builder.Connect(wind.get_output_port(), drag.GetInputPort("wind"))
     builder.Connect(payload_state, drag.GetInputPort("payload_state"))

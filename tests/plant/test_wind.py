@@ -7,6 +7,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput, Multiplexer
 
 from drake_aerial.errors import InputError
+from drake_aerial.plant.dryden import Dryden
 from drake_aerial.plant.payload import Payload
 from drake_aerial.plant.payload_body import add_payload
 from drake_aerial.plant.quadrotor import add_quadrotor
@@ -33,28 +34,29 @@ def test_mean_and_gust_add_up_to_a_raised_cosine():
     assert not v[(t < 1.0) | (t > 3.0), 1:].any()
 
 
-def test_turbulence_has_its_deviation_and_correlation():
-    parameters = WindParameters(turbulence=(1.0, 0.5, 0.0), turbulence_time=0.2)
-    _, v = blow(parameters, 300.0, seed=3)
-    # 300 s hold some 750 independent values of a process of this correlation time.
-    assert v.std(axis=0) == pytest.approx([1.0, 0.5, 0.0], rel=0.08)
-    assert abs(v[:, :2].mean(axis=0)).max() < 0.15
-    for lag in (10, 20, 40):
-        correlation = np.mean(v[lag:, 0] * v[:-lag, 0]) / np.mean(v[:, 0] ** 2)
-        assert correlation == pytest.approx(np.exp(-0.01 * lag / 0.2), abs=0.08)
-    assert abs(np.corrcoef(v[:, 0], v[:, 1])[0, 1]) < 0.12
-
-
 def test_turbulence_is_as_strong_from_the_first_instant_on():
-    first = np.array([blow(WindParameters(turbulence=(1.0, 1.0, 1.0)), 0.02, seed)[1][2] for seed in range(100)])
-    assert first.std() == pytest.approx(1.0, rel=0.15)
+    calm = Dryden((1.0, 1.0, 1.0), (1.0, 2.0, 3.0))
+    first = np.array([blow(WindParameters(turbulence=calm), 0.004, seed, 0.002)[1][1] for seed in range(150)])
+    assert first.std(axis=0) == pytest.approx([1.0, 1.0, 1.0], rel=0.2)
 
 
 def test_a_seed_is_a_wind():
-    gusty = WindParameters(turbulence=(1.0, 1.0, 1.0))
+    gusty = WindParameters(turbulence=Dryden((1.0, 1.0, 1.0), (0.5, 0.5, 0.5)))
     a, b, c = (blow(gusty, 1.0, seed)[1] for seed in (1, 1, 2))
-    assert (a == b).all()
+    assert a.tobytes() == b.tobytes()
     assert not (a[5:] == c[5:]).any()
+
+
+def test_turbulence_turns_with_the_mean_wind():
+    # The same noise in every case: along and across turn with the heading, up stays.
+    turbulence = Dryden((1.0, 0.5, 0.2), (0.5, 0.6, 0.7))
+    east, other = (WindParameters(mean=mean, turbulence=turbulence) for mean in ((2.0, 0.0, 0.3), (-1.2, 1.6, 0.3)))
+    a = blow(east, 1.0, 5)[1] - east.mean
+    b = blow(other, 1.0, 5)[1] - other.mean
+    turn = np.array([[-0.6, -0.8, 0.0], [0.8, -0.6, 0.0], [0.0, 0.0, 1.0]])
+    assert b == pytest.approx(a @ turn.T, abs=1e-12)
+    still = blow(WindParameters(turbulence=turbulence), 1.0, 5)[1]
+    assert still == pytest.approx(a, abs=1e-12)
 
 
 def test_drag_carries_everything_along_at_the_pace_of_its_law():
@@ -88,9 +90,8 @@ def test_drag_carries_everything_along_at_the_pace_of_its_law():
     [
         {"mean": (1.0, 2.0)},
         {"gust": (np.nan, 0.0, 0.0)},
-        {"turbulence": (-1.0, 0.0, 0.0)},
+        {"turbulence": (1.0, 0.0, 0.0)},
         {"gust_duration": 0.0},
-        {"turbulence_time": -1.0},
         {"payload_drag": -0.1},
     ],
 )

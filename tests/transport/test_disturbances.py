@@ -6,6 +6,7 @@ from scipy.optimize import fsolve
 
 from drake_aerial.control.trajectory import HoverTrajectory
 from drake_aerial.errors import InputError
+from drake_aerial.plant.dryden import Dryden
 from drake_aerial.plant.wind import WindParameters
 from drake_aerial.transport.flight import Flight
 from drake_aerial.transport.station_parameters import StationParameters
@@ -86,7 +87,8 @@ def test_a_mass_of_nothing_is_refused(hang):
 
 @pytest.mark.parametrize("controller", ["mpc", "geometric_ff"])
 def test_a_flight_with_slow_motors_in_a_gust_completes_and_repeats(hang, quick, controller):
-    wind = WindParameters(mean=(0.5, 0.0, 0.0), gust=(0.0, 1.0, 0.0), turbulence=(0.2, 0.2, 0.1))
+    turbulence = Dryden((0.2, 0.2, 0.1), (1.0, 1.0, 1.0))
+    wind = WindParameters(mean=(0.5, 0.0, 0.0), gust=(0.0, 1.0, 0.0), turbulence=turbulence)
     parameters = StationParameters(wind=wind, motor_lag=0.02)
     flight = Flight(hang(), belief="true", controller=controller, trajectory=quick, parameters=parameters)
     first, other, again = (flight.run(seed) for seed in (1, 2, 1))

@@ -1,0 +1,116 @@
+"""Dryden's turbulence: its spectra, its intensities near the ground, and an exact discretisation with the state outside."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import gammainc
+
+from drake_aerial.errors import InputError
+from drake_aerial.geometry import Array
+
+FOOT = 0.3048
+"""[m]"""
+LOWEST, HIGHEST = 10.0 * FOOT, 1000.0 * FOOT
+"""Altitudes between which the low-altitude model is defined [m]."""
+ROUGHNESS = 0.15 * FOOT
+"""Roughness length of the ground in the terminal phases of flight, MIL-F-8785C 3.7.3.2 [m]."""
+
+_SHAPE = np.array([[0.0, 0.0], [np.sqrt(3.0), 1.0 - np.sqrt(3.0)], [np.sqrt(3.0), 1.0 - np.sqrt(3.0)]])
+
+
+@dataclass(frozen=True)
+class Dryden:
+    """Turbulence of Dryden's form, carried past a point by the mean wind, with components along it, across it and up.
+
+    With T = L / V, the time in which a length scale passes, the one-sided spectra over the angular frequency w are (MIL-F-8785C)
+
+        along       s^2 2 T / pi / (1 + (T w)^2)
+        across, up  s^2 T / pi (1 + 3 (T w)^2) / (1 + (T w)^2)^2
+
+    and the autocorrelations s^2 exp(-|t| / T) and s^2 (1 - |t| / 2 T) exp(-|t| / T).
+    """
+
+    intensity: tuple[float, float, float]
+    """Standard deviations s along the mean wind, across it and up [m/s]."""
+    time: tuple[float, float, float]
+    """Time scales T of the same [s]."""
+
+    def __post_init__(self) -> None:
+        for name, least in (("intensity", 0.0), ("time", 1e-3)):
+            value = np.asarray(getattr(self, name), dtype=float)
+            if value.shape != (3,) or not np.isfinite(value).all() or value.min() < least:
+                raise InputError(
+                    f"the turbulence's {name} is {getattr(self, name)!r}; three finite numbers of at least {least:g} accepted"
+                )
+            object.__setattr__(self, name, tuple(value.tolist()))
+
+    @classmethod
+    def low_altitude(cls, altitude: float, wind_at_20_feet: float, airspeed: float | None = None) -> Dryden:
+        """Return the turbulence near the ground, MIL-F-8785C 3.7.3.4.
+
+        L_w = h, L_u = L_v = h / (0.177 + 0.000823 h)^1.2 in feet; s_w = 0.1 W_20, s_u = s_v = s_w / (0.177 + 0.000823 h)^0.4.
+
+        Parameters
+        ----------
+        altitude : float
+            h, over the ground, from 10 to 1000 ft [m].
+        wind_at_20_feet : float
+            W_20, mean speed of the wind 20 ft (6.1 m) over the ground [m/s].
+        airspeed : float, optional
+            V, with which the vehicle meets the air [m/s]. By default that of the mean wind at the altitude (`mean_wind`): the
+            vehicle stands in it.
+
+        Raises
+        ------
+        InputError
+            For an altitude outside of the model, or a speed that is not positive.
+        """
+        if not LOWEST - 1e-9 <= altitude <= HIGHEST + 1e-9:
+            raise InputError(
+                f"an altitude of {altitude!r} m; the low-altitude turbulence is defined from {LOWEST:.3g} to {HIGHEST:.4g} m"
+            )
+        if not (np.isfinite(wind_at_20_feet) and wind_at_20_feet > 0.0):
+            raise InputError(f"a mean wind of {wind_at_20_feet!r} m/s at 20 ft; a positive number accepted")
+        speed = mean_wind(altitude, wind_at_20_feet) if airspeed is None else airspeed
+        if not (np.isfinite(speed) and speed > 0.0):
+            raise InputError(f"an airspeed of {airspeed!r} m/s; a positive number accepted")
+        height = altitude / FOOT
+        slope = 0.177 + 0.000823 * height
+        length, up = altitude / slope**1.2, 0.1 * wind_at_20_feet
+        level = up / slope**0.4
+        return cls((level, level, up), (length / speed, length / speed, altitude / speed))
+
+    def steps(self, period: float) -> tuple[Array, Array, Array, Array]:
+        """Return the exact discretisation: x_next = Phi x + N z, wind = C x with z standard normal, and the stationary spread.
+
+        Each component's x (2) is white noise through 1 / (1 + T s), and that through 1 / (1 + T s) once more.
+
+        Parameters
+        ----------
+        period : float
+            Between two values [s].
+
+        Returns
+        -------
+        Phi, N : (3, 2, 2) arrays
+        C : (3, 2) array
+            [m/s]
+        N0 : (2, 2) array
+            N0 z is distributed as x is after a long time.
+        """
+        a = period / np.asarray(self.time)
+        decay, zero = np.exp(-a), np.zeros(3)
+        Phi = np.stack([np.stack([decay, zero], -1), np.stack([a * decay, decay], -1)], -2)
+        # Integrals of exp(-2 x) (1, x, x^2) from 0 to a; the incomplete gamma function keeps them exact for short periods.
+        q0, q1, q2 = gammainc(1, 2 * a) / 2, gammainc(2, 2 * a) / 4, gammainc(3, 2 * a) / 4
+        first = np.sqrt(q0)
+        N = np.stack([np.stack([first, zero], -1), np.stack([q1 / first, np.sqrt(q2 - q1 * q1 / q0)], -1)], -2)
+        C = np.asarray(self.intensity)[:, None] * (_SHAPE + [[np.sqrt(2.0), 0.0], [0.0, 0.0], [0.0, 0.0]])
+        return Phi, N, C, np.linalg.cholesky(np.array([[0.5, 0.25], [0.25, 0.25]]))
+
+
+def mean_wind(altitude: float, wind_at_20_feet: float) -> float:
+    """Return the mean wind's speed [m/s] at an altitude over the ground [m]: the logarithmic profile, MIL-F-8785C 3.7.3.2."""
+    return float(wind_at_20_feet * np.log(altitude / ROUGHNESS) / np.log(20.0 * FOOT / ROUGHNESS))
