@@ -96,13 +96,24 @@ def _parser() -> argparse.ArgumentParser:
         help="against gravity (default: 0 0 1)",
     )
     transfer.add_argument(
+        "--mass",
+        type=float,
+        metavar="KG",
+        help="also judge whether the paper's quadrotors lift a payload of this mass (default: its mass is not judged)",
+    )
+    transfer.add_argument(
         "--refine", action="store_true", help="improve each solution by a MathematicalProgram; never makes one worse"
     )
     transfer.add_argument("--html", type=Path, metavar="FILE", help="also write a page that shows the contacts")
     transfer.add_argument("--json", action="store_true", help="print the contacts as JSON on stdout")
     transfer.set_defaults(run=_transfer)
 
-    fly = verbs.add_parser("fly", help="fly one of the solutions of a transfer")
+    fly = verbs.add_parser(
+        "fly",
+        help="fly one of the solutions of a transfer",
+        description="Fly one of the solutions of a transfer. What is known not to fly is refused before take-off with its reason: exit code 1 "
+        "for contacts (marked infeasible, no taut equilibrium, more than a quadrotor's share), 2 for a payload that the team cannot lift.",
+    )
     fly.add_argument("contacts", type=Path, metavar="contacts.json")
     fly.add_argument("--out", type=Path, required=True, metavar="DIR")
     payload = fly.add_mutually_exclusive_group()
@@ -130,6 +141,11 @@ def _parser() -> argparse.ArgumentParser:
         help="a trajectory's name or YAML file (default: circle)",
     )
     fly.add_argument("--cable", choices=("inextensible", "elastic"), default="inextensible")
+    fly.add_argument(
+        "--force",
+        action="store_true",
+        help="fly also a solution marked infeasible, contacts by which no taut cables hold the payload, or too heavy a payload",
+    )
     fly.add_argument("--graphviz", type=Path, metavar="FILE", help="also draw the diagram (.dot, or .svg, .png, .pdf)")
     fly.add_argument("--json", action="store_true", help="print the metrics as JSON on stdout")
     fly.set_defaults(run=_fly)
@@ -166,17 +182,27 @@ def _learn(arguments: argparse.Namespace) -> int:
 def _transfer(arguments: argparse.Namespace) -> int:
     from drake_aerial import transfer
     from drake_aerial.named_inputs import read_scan, read_skill
+    from drake_aerial.transferring.parameters import TransferParameters
+    from drake_aerial.transport.lifting import default_lift
 
     skill = read_skill(arguments.skill)
+    lift = None if arguments.mass is None else default_lift(arguments.mass, len(skill))
+    parameters = TransferParameters(lift=lift)
     cloud = read_scan(arguments.cloud, viewpoint=arguments.viewpoint, up=arguments.up)
     with _progress("transfer") as progress:
         solutions = transfer(
-            skill, cloud, method=arguments.method, top=arguments.top, seed=arguments.seed, progress=progress
+            skill,
+            cloud,
+            method=arguments.method,
+            top=arguments.top,
+            seed=arguments.seed,
+            parameters=parameters,
+            progress=progress,
         )
         if arguments.refine:
             from drake_aerial import refine
 
-            solutions = refine(skill, solutions, progress=progress)
+            solutions = refine(skill, solutions, parameters=parameters, progress=progress)
     solutions.write(arguments.out)
     if arguments.html:
         from drake_aerial.drawing.views import write_contacts_page
@@ -200,6 +226,7 @@ def _fly(arguments: argparse.Namespace) -> int:
             controller=arguments.controller,
             trajectory=arguments.trajectory,
             cable=arguments.cable,
+            force=arguments.force,
         )
         if arguments.graphviz:
             write_diagram_picture(arguments.graphviz, flight.station)

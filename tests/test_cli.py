@@ -296,3 +296,18 @@ def test_refining_keeps_the_contract_and_loses_nothing(workshop, run, tmp_path):
     assert refined["timing"]["refine_s"] > 0
     assert refined["solutions"][0]["log_likelihood"] >= plain["solutions"][0]["log_likelihood"] - 1e-9
     assert all(solution["feasible"] for solution in refined["solutions"])
+
+
+def test_a_transfer_that_knows_the_mass_judges_whether_it_can_be_lifted(workshop, run, tmp_path):
+    # 7.07 N at most, 2.45 N of it for the quadrotor itself: 0.47 kg.
+    arguments = ("transfer", workshop / "skill.npz", workshop / CLOUD, "--out", tmp_path / "c.json", "--mass")
+    assert run(*arguments, 0.46)[0] == 0
+    assert run(*arguments, 0.48)[0] == 1
+    for solution in json.loads((tmp_path / "c.json").read_text())["solutions"]:
+        assert "more tension than the propellers lift (4.7 N, at most 4.6 N)" in solution["reasons"]
+    code, _, err = run("fly", tmp_path / "c.json", "--mass", 0.2, "--out", tmp_path / "out")
+    assert code == 1
+    assert "more tension than the propellers lift" in err
+    code, _, err = run(*arguments, 0)
+    assert code == 2
+    assert "positive" in err

@@ -53,13 +53,32 @@ def reasons_against(
         if distance[i] > max(parameters.off_surface, surface.hole):
             reasons.append(f"{name}off the surface (nearest point {100 * distance[i]:.1f} cm away)")
     reasons += _too_close(X_NQ.p, parameters.separation)
-    tension = tensions(X_NG.p, X_NQ.p, centre)
-    if tension is None or tension.min() < _TAUT:
-        why = "all contacts on one side of the centre of mass" if one_sided(X_NG.p, centre) else "cables do not balance"
-        reasons.append(f"no positive-tension equilibrium ({why})")
-    elif parameters.lift is not None:
-        reasons += _too_heavy(X_NG.p, X_NQ.p, centre, tension, parameters.lift)
+    reasons += hanging_reasons(X_NG.p, X_NQ.p, centre, parameters.lift)
     return tuple(reasons)
+
+
+def hanging_reasons(p_G: Array, p_Q: Array, centre: Array, lift: Lift | None = None) -> list[str]:
+    """Return what keeps taut cables from holding a payload as it lies; empty if nothing does.
+
+    Parameters
+    ----------
+    p_G, p_Q : (n, 3) arrays
+        Contacts and quadrotors, z up [m].
+    centre : (2,) array
+        The centre of mass seen from above [m].
+    lift : Lift, optional
+        The payload's weight and the thrust there is; without it nothing is too heavy.
+
+    Raises
+    ------
+    InputError
+        If `lift` is of another number of quadrotors.
+    """
+    tension = tensions(p_G, p_Q, centre)
+    if tension is None or tension.min() < _TAUT:
+        why = "all contacts on one side of the centre of mass" if one_sided(p_G, centre) else "cables do not balance"
+        return [f"no positive-tension equilibrium ({why})"]
+    return [] if lift is None else _too_heavy(p_G, p_Q, centre, tension, lift)
 
 
 def _too_heavy(p_G: Array, p_Q: Array, centre: Array, tension: Array, lift: Lift) -> list[str]:

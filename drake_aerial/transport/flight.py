@@ -18,6 +18,7 @@ from drake_aerial.control.trajectory_files import read_trajectory, trajectory_to
 from drake_aerial.plant.scene import GRAVITY
 from drake_aerial.transport.beliefs import believed_model, suspended_properties
 from drake_aerial.transport.flight_options import CONTROLLERS, FlightOptions
+from drake_aerial.transport.lifting import check_formation, check_team
 from drake_aerial.transport.metrics import flight_metrics
 from drake_aerial.transport.outcome import FlightMonitor, Progress
 from drake_aerial.transport.recording import phase_names, record
@@ -66,6 +67,9 @@ class Flight:
         ------
         InputError
             For a bad option, or a payload too heavy to lift.
+        JobError
+            For a formation from which taut cables cannot hold the payload: all contacts on one side of its true centre of mass, or
+            more tension than a quadrotor lifts. Neither of the last two with the option `force`.
         """
         self.options = options = FlightOptions.merged(options, changes)
         parameters = options.station_parameters
@@ -82,7 +86,12 @@ class Flight:
             gripper=parameters.gripper,
             mass_ratio=options.mass_ratio,
         )
-        hanging, _, _ = suspended_properties(suspension.payload, suspension.p_LC, parameters.gripper)
+        hanging, com, _ = suspended_properties(suspension.payload, suspension.p_LC, parameters.gripper)
+        if not options.force:
+            n = len(suspension.p_LC)
+            team = parameters.quadrotors(n), parameters.cables(n)
+            check_team(suspension.payload, hanging, *team)
+            check_formation(suspension.p_LC - com, hanging, *team)
         self._weight = GRAVITY * hanging
         further = options.controller_options or {}
         # A tick one plant step after each sample sees that sample; the filter is told how noisy positions are.
@@ -93,12 +102,14 @@ class Flight:
             suspension.normal_L,
             controller=CONTROLLERS[options.controller](self.model, **{**matched, **further}),
             parameters=parameters,
+            force=options.force,
         )
         payload = suspension.payload
         self.configuration = {
             "package_version": drake_aerial.__version__,
             "belief": options.belief,
             "mass_ratio": options.mass_ratio,
+            "forced": options.force,
             "controller": options.controller,
             "controller_options": {key: repr(value) for key, value in further.items()},
             "trajectory": trajectory_to_dict(self.trajectory),
@@ -138,8 +149,10 @@ class Flight:
         steps.clear()
         began = time.process_time()
         try:
-            simulator.Initialize()
-            simulator.AdvanceTo(trajectory.duration)
+            # A plan that explodes is thrown away by the controller itself, not worth a warning.
+            with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+                simulator.Initialize()
+                simulator.AdvanceTo(trajectory.duration)
         except (RuntimeError, ArithmeticError, ValueError) as error:
             # The solver or a controller gave up on a state that is far from any flight.
             if monitor.time is None:

@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from drake_aerial.control.geometric import GeometricController
 from drake_aerial.control.mpc import PayloadMpc
 from drake_aerial.control.trajectory import Trajectory
@@ -30,7 +32,7 @@ class FlightOptions:
     Raises
     ------
     InputError
-        For an unknown belief or controller.
+        For an unknown belief or controller, or a time that is negative.
     """
 
     belief: str = "below_contact"
@@ -49,12 +51,18 @@ class FlightOptions:
     """Further arguments of the controller."""
     mass_ratio: float = 1.0
     """What the controller takes for the payload's mass, over the true one."""
+    after_drop: float = 3.0
+    """How long the flight goes on after a gripper let go while others hold [s]."""
+    force: bool = False
+    """Whether to fly what is known not to fly: a solution marked infeasible, a formation without taut equilibrium, too heavy a payload."""
 
     def __post_init__(self) -> None:
         if self.belief not in BELIEFS:
             raise InputError(f"no belief {self.belief!r}: give one of {', '.join(BELIEFS)}")
         if self.controller not in CONTROLLERS:
             raise InputError(f"no controller {self.controller!r}: give one of {', '.join(CONTROLLERS)}")
+        if not (np.isfinite(self.after_drop) and self.after_drop >= 0.0):
+            raise InputError(f"after_drop is {self.after_drop!r} s; 0 or more accepted")
 
     @classmethod
     def merged(cls, options: FlightOptions | None, changes: dict[str, Any]) -> FlightOptions:

@@ -1,18 +1,27 @@
-"""Whether a team can carry its payload at all, looked at before anything flies."""
+"""Whether a team can carry its payload at all, and a formation hold it, looked at before anything flies."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import linprog
 
-from drake_aerial.errors import InputError
+from drake_aerial.errors import InputError, JobError
 from drake_aerial.geometry import Array
 from drake_aerial.plant.cable import CableParameters
 from drake_aerial.plant.payload import Payload
 from drake_aerial.plant.quadrotor import QuadrotorParameters
 from drake_aerial.plant.scene import GRAVITY
+from drake_aerial.transport.station_parameters import StationParameters
+
+if TYPE_CHECKING:
+    from drake_aerial.transferring.lift import Lift
+
+
+FORCE = "it is flown all the same by force (force=True, on the command line --force)"
+"""How a refusal ends that can be overruled."""
 
 
 def level_balance(p_LoC: Array, weight: float) -> tuple[Array, Array]:
@@ -41,6 +50,102 @@ def level_tensions(p_LoC: Array, weight: float) -> Array:
     return np.maximum(np.linalg.pinv(A) @ b, 0.0)
 
 
+def own_masses(quadrotors: Sequence[QuadrotorParameters], cables: Sequence[CableParameters]) -> Array:
+    """Return what each of n quadrotors must lift besides its share of the payload (n,) [kg]: itself, and its cable's link."""
+    return np.array([q.mass + (c.link_mass if c.kind == "inextensible" else 0.0) for q, c in zip(quadrotors, cables)])
+
+
+def team_lift(mass: float, quadrotors: Sequence[QuadrotorParameters], cables: Sequence[CableParameters]) -> Lift:
+    """Return the lift of a team as a transfer judges it (`TransferParameters.lift`).
+
+    Parameters
+    ----------
+    mass : float
+        Of what hangs, grippers included [kg].
+    quadrotors, cables : n of each
+    """
+    from drake_aerial.transferring.lift import Lift
+
+    thrust = tuple(float(quadrotor.thrust_limits[1]) for quadrotor in quadrotors)
+    return Lift(mass, thrust, tuple(own_masses(quadrotors, cables).tolist()))
+
+
+def default_lift(payload_mass: float, n: int) -> Lift:
+    """Return what n of the default quadrotors lift of a payload [kg] that hangs on the default grippers and cables.
+
+    Raises InputError for a mass that is not positive.
+    """
+    parameters = StationParameters()
+    grippers = sum(gripper.mass for gripper in parameters.grippers(n))
+    if not payload_mass > 0.0:
+        raise InputError(f"the payload's mass is {payload_mass!r} kg; a positive number accepted")
+    return team_lift(payload_mass + grippers, parameters.quadrotors(n), parameters.cables(n))
+
+
+def check_formation(
+    p_LoC: Array, mass: float, quadrotors: Sequence[QuadrotorParameters], cables: Sequence[CableParameters]
+) -> None:
+    """Refuse several contacts from which taut, vertical cables cannot hold the payload level.
+
+    Parameters
+    ----------
+    p_LoC : (n, 3) array
+        Contacts from the centre of mass of what hangs [m].
+    mass : float
+        Of what hangs [kg].
+    quadrotors, cables : n of each
+
+    Raises
+    ------
+    JobError
+        If all contacts are on one side of the centre of mass, the cables do not balance, or one must pull more than its quadrotor
+        can.
+    """
+    if len(p_LoC) == 1:
+        return
+    from drake_aerial.transferring.feasibility import hanging_reasons
+
+    up = np.array([[0.0, 0.0, cable.length] for cable in cables])
+    reasons = hanging_reasons(p_LoC, p_LoC + up, np.zeros(2), team_lift(mass, quadrotors, cables))
+    if reasons:
+        raise JobError(f"these contacts cannot be flown: {'; '.join(reasons)}; {FORCE}")
+
+
+def check_team(
+    payload: Payload, mass: float, quadrotors: Sequence[QuadrotorParameters], cables: Sequence[CableParameters]
+) -> None:
+    """Refuse a team that cannot lift its weight, or in which a quadrotor cannot lift its own.
+
+    Parameters
+    ----------
+    payload : Payload
+    mass : float
+        Of what hangs, grippers included [kg].
+    quadrotors, cables : n of each
+
+    Raises
+    ------
+    InputError
+        With what the propellers give and what they need.
+    """
+    n = len(quadrotors)
+    lift = np.array([quadrotor.thrust_limits[1] for quadrotor in quadrotors])
+    own = own_masses(quadrotors, cables)
+    weight = GRAVITY * (mass + own.sum())
+    if lift.sum() <= weight:
+        raise InputError(
+            f"the propellers of {n} quadrotor(s) push with {lift.sum():.2f} N at most, the weight of all that flies is "
+            f"{weight:.2f} N (payload {payload.mass:g} kg); a lighter payload or stronger propellers accepted"
+        )
+    spare = lift - GRAVITY * own
+    if (spare <= 0.0).any():
+        i = int(np.argmin(spare))
+        raise InputError(
+            f"quadrotor {i + 1} of {n} pushes with {lift[i]:.2f} N at most and weighs {GRAVITY * own[i]:.2f} N itself; "
+            "stronger propellers accepted"
+        )
+
+
 def check_lift(
     payload: Payload,
     p_LoC: Array,
@@ -66,22 +171,11 @@ def check_lift(
     InputError
         With what the propellers give and what they need.
     """
+    check_team(payload, mass, quadrotors, cables)
     n = len(quadrotors)
-    lift = np.array([quadrotor.thrust_limits[1] for quadrotor in quadrotors])
-    own = np.array([q.mass + (c.link_mass if c.kind == "inextensible" else 0.0) for q, c in zip(quadrotors, cables)])
-    weight = GRAVITY * (mass + own.sum())
-    if lift.sum() <= weight:
-        raise InputError(
-            f"the propellers of {n} quadrotor(s) push with {lift.sum():.2f} N at most, the weight of all that flies is "
-            f"{weight:.2f} N (payload {payload.mass:g} kg); a lighter payload or stronger propellers accepted"
-        )
-    spare = lift - GRAVITY * own
-    if (spare <= 0.0).any():
-        i = int(np.argmin(spare))
-        raise InputError(
-            f"quadrotor {i + 1} of {n} pushes with {lift[i]:.2f} N at most and weighs {GRAVITY * own[i]:.2f} N itself; "
-            "stronger propellers accepted"
-        )
+    spare = np.array([quadrotor.thrust_limits[1] for quadrotor in quadrotors]) - GRAVITY * own_masses(
+        quadrotors, cables
+    )
     A, b = level_balance(p_LoC, mass * GRAVITY)
     if linprog(np.ones(n), A_eq=A, b_eq=b, bounds=(0.0, None)).status != 0:
         return

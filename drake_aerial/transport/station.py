@@ -67,12 +67,13 @@ class TransportStation(Diagram):
         normal_L: ArrayLike,
         controller: LeafSystem | None,
         parameters: StationParameters,
+        force: bool = False,
     ):
         super().__init__()
         contacts = np.asarray(p_LC, dtype=float).reshape(-1, 3)
         normals = np.broadcast_to(np.asarray(normal_L, dtype=float), contacts.shape)
         n = len(contacts)
-        _check(payload, contacts, parameters)
+        _check(payload, contacts, parameters, force)
         self.payload, self.p_LC, self.parameters, self.n = payload, contacts, parameters, n
         self.controller = controller
         builder = DiagramBuilder()
@@ -255,6 +256,7 @@ def make_transport_station(
     *,
     controller: LeafSystem | None = None,
     parameters: StationParameters | None = None,
+    force: bool = False,
 ) -> TransportStation:
     """Return the Diagram of n quadrotors that carry a payload.
 
@@ -269,13 +271,15 @@ def make_transport_station(
     controller : LeafSystem, optional
         A `PayloadController`; without one the station takes thrust vectors at its port `attitude.thrust_vectors`.
     parameters : StationParameters, optional
+    force : bool
+        Whether a team is accepted that cannot lift its payload.
 
     Raises
     ------
     InputError
         If the propellers cannot lift the weight, the elastic cables' step is unstable, or a parameter is bad.
     """
-    return TransportStation(payload, p_LC, normal_L, controller, parameters or StationParameters())
+    return TransportStation(payload, p_LC, normal_L, controller, parameters or StationParameters(), force)
 
 
 def _unit(vector: Array) -> Array:
@@ -283,7 +287,7 @@ def _unit(vector: Array) -> Array:
     return vector / size if size > 1e-9 else np.array([0.0, 0.0, -1.0])
 
 
-def _check(payload: Payload, contacts: Array, parameters: StationParameters) -> None:
+def _check(payload: Payload, contacts: Array, parameters: StationParameters, force: bool) -> None:
     n = len(contacts)
     if n == 0 or not np.isfinite(contacts).all():
         raise InputError(f"contacts of shape {contacts.shape} given; (n, 3) finite numbers, n >= 1, accepted")
@@ -297,7 +301,8 @@ def _check(payload: Payload, contacts: Array, parameters: StationParameters) -> 
         )
     quadrotors, cables = parameters.quadrotors(n), parameters.cables(n)
     mass, com, inertia = suspended_properties(payload, contacts, parameters.grippers(n))
-    check_lift(payload, contacts - com, mass, quadrotors, cables)
+    if not force:
+        check_lift(payload, contacts - com, mass, quadrotors, cables)
     if cables[0].kind == "elastic":
         down = np.tile([0.0, 0.0, -1.0], (n, 1))
         masses = np.array([quadrotor.mass for quadrotor in quadrotors])

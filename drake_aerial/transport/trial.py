@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from drake_aerial.errors import InputError
+from drake_aerial.errors import InputError, JobError
 from drake_aerial.plant.payload import Payload
 from drake_aerial.transport.flight import Flight
 from drake_aerial.transport.flight_options import FlightOptions
+from drake_aerial.transport.lifting import FORCE
 from drake_aerial.transport.outcome import Progress
 from drake_aerial.transport.suspension import Suspension, read_scan
 from drake_aerial.transport.trial_result import TrialResult
@@ -39,6 +40,10 @@ def prepare_flight(
     if chosen is None:
         ranks = ", ".join(str(s.rank) for s in contacts.solutions) or "none"
         raise InputError(f"no solution of rank {solution}: these contacts have the ranks {ranks}")
+    options = FlightOptions.merged(options, changes)
+    if not (chosen.feasible or options.force):
+        reasons = "; ".join(chosen.reasons) or "no reason is given"
+        raise JobError(f"solution {solution} cannot be flown, its contacts are marked infeasible: {reasons}; {FORCE}")
     if payload is not None and not isinstance(payload, Payload):
         payload = Payload.read(payload)
     scan = read_scan(contacts.cloud, beside, needed=payload is None) if cloud is None else cloud
@@ -55,7 +60,6 @@ def prepare_flight(
         suspension,
         options,
         source={"method": contacts.method, "skill": contacts.skill, "seed": contacts.seed, "solution": solution},
-        **changes,
     )
 
 
@@ -103,6 +107,9 @@ def fly(
     ------
     InputError
         For bad input: an unknown name or rank, a contact more than 2 cm off the payload, a payload too heavy to lift.
+    JobError
+        If what was asked for is known not to fly, and `force` is not set: the solution is marked infeasible, or taut cables cannot hold the
+        payload by these contacts (all on one side of its true centre of mass, more tension than a quadrotor lifts).
     """
     flight = prepare_flight(
         contacts,
