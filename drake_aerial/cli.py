@@ -108,6 +108,33 @@ def _parser() -> argparse.ArgumentParser:
     transfer.add_argument("--json", action="store_true", help="print the contacts as JSON on stdout")
     transfer.set_defaults(run=_transfer)
 
+    demonstrate = verbs.add_parser(
+        "demonstrate", help="make a demonstration: click contacts on a cloud in the browser, or give them with --at"
+    )
+    demonstrate.add_argument(
+        "cloud", metavar="CLOUD", help=".ply .pcd .obj .stl .npz .npy, or the name of a shipped payload"
+    )
+    demonstrate.add_argument("--out", type=Path, required=True, metavar="DEMONSTRATION.yaml")
+    demonstrate.add_argument(
+        "--at",
+        type=float,
+        nargs=3,
+        action="append",
+        metavar=("X", "Y", "Z"),
+        help="a contact [m], instead of the browser; once for each gripper",
+    )
+    demonstrate.add_argument("--cable-length", type=float, default=0.5, metavar="M", help="(default: 0.5)")
+    demonstrate.add_argument("--name", help="of the demonstration (default: the file's)")
+    demonstrate.add_argument(
+        "--viewpoint", type=float, nargs=3, metavar=("X", "Y", "Z"), help="where the sensor was [m]"
+    )
+    demonstrate.add_argument(
+        "--up", type=float, nargs=3, default=(0.0, 0.0, 1.0), metavar=("X", "Y", "Z"), help="against gravity"
+    )
+    demonstrate.add_argument("--port", type=int, default=0, help="of the page on this machine (default: a free one)")
+    demonstrate.add_argument("--no-browser", action="store_true", help="only say where the page is")
+    demonstrate.set_defaults(run=_demonstrate)
+
     fly = verbs.add_parser(
         "fly",
         help="fly one of the solutions of a transfer",
@@ -176,6 +203,35 @@ def _learn(arguments: argparse.Namespace) -> int:
         {"skill": str(arguments.out), "label": skill.label, "grippers": len(skill)},
         f"learnt {skill.label!r} ({len(skill)} gripper(s)) -> {arguments.out}",
     )
+    return 0
+
+
+def _demonstrate(arguments: argparse.Namespace) -> int:
+    from drake_aerial.demonstrating.draft import DemonstrationDraft
+    from drake_aerial.demonstrating.server import demonstrate
+    from drake_aerial.named_inputs import read_scan
+
+    cloud = read_scan(arguments.cloud, viewpoint=arguments.viewpoint, up=arguments.up)
+    draft = DemonstrationDraft(cloud, cloud.path)
+    if arguments.at is None:
+        out = demonstrate(
+            draft,
+            arguments.out,
+            name=arguments.name,
+            cable_length=arguments.cable_length,
+            port=arguments.port,
+            open_browser=not arguments.no_browser,
+            tell=lambda url: print(f"click the contacts at {url} (Ctrl-C: give up)", file=sys.stderr, flush=True),
+        )
+    else:
+        demonstration = draft.demonstration(
+            arguments.at, cable_length=arguments.cable_length, name=arguments.name or arguments.out.stem
+        )
+        out = draft.write(arguments.out, demonstration)
+        for touch in map(draft.touch, demonstration.grippers.p):
+            where = " ".join(f"{x:+.3f}" for x in touch.position)
+            print(f"contact at {where} m touches: {touch.surface} ({touch.features} features)")
+    print(f"-> {out}")
     return 0
 
 

@@ -20,7 +20,8 @@ ALLOWED = {
     "control": GROUND | {"perception", "plant"},
     "transport": GROUND | {"perception", "density", "learning", "transferring", "plant", "control"},
 }
-ALLOWED["drawing"] = GROUND | set(ALLOWED)
+ALLOWED["demonstrating"] = GROUND | {"perception", "density", "learning"}
+ALLOWED["drawing"] = GROUND | (set(ALLOWED) - {"demonstrating"})
 ALLOWED["study"] = ALLOWED["drawing"] | {"drawing"}
 
 

@@ -53,13 +53,14 @@ def read_geometry(source: Any) -> RawGeometry:
     """
     if isinstance(source, str | Path):
         return _read_file(Path(source))
+    # First, since libraries have arrays of their own: a trimesh's vertices are one.
+    if isinstance(source, np.ndarray | list | tuple):
+        return RawGeometry(as_points(source, "the array"), None, "the array")
     library = type(source).__module__.split(".")[0]
     if library == "open3d":
         return _from_open3d(source)
     if library == "trimesh":
         return _from_trimesh(source, f"the trimesh {type(source).__name__}", None)
-    if isinstance(source, np.ndarray | list | tuple):
-        return RawGeometry(as_points(source, "the array"), None, "the array")
     raise InputError(f"cannot read a point cloud from a {type(source).__name__}; give {SOURCES}")
 
 
