@@ -29,6 +29,9 @@ if TYPE_CHECKING:
     from drake_aerial.plant.payload_body import add_payload
     from drake_aerial.plant.quadrotor import add_quadrotor
     from drake_aerial.plant.wind import WindParameters
+    from drake_aerial.study.campaign import StudySummary, run_study
+    from drake_aerial.study.conditions import Condition
+    from drake_aerial.study.plan import StudyPlan
     from drake_aerial.transferring.program import ContactProgram
     from drake_aerial.transferring.refinement import refine
     from drake_aerial.transferring.solutions import ContactSolutions
@@ -40,6 +43,7 @@ if TYPE_CHECKING:
     from drake_aerial.transport.trial import TrialResult, fly, prepare_flight
 
 _HOMES = {
+    "Condition": "study.conditions",
     "ContactProgram": "transferring.program",
     "ContactSkill": "learning.skill",
     "ContactSolutions": "transferring.solutions",
@@ -54,6 +58,8 @@ _HOMES = {
     "PayloadMpc": "control.mpc",
     "PointCloud": "perception.point_cloud",
     "StationParameters": "transport.station_parameters",
+    "StudyPlan": "study.plan",
+    "StudySummary": "study.campaign",
     "SurfaceFeatures": "perception.surface_features",
     "TrialResult": "transport.trial",
     "WindParameters": "plant.wind",
@@ -71,11 +77,13 @@ _HOMES = {
     "read_skill": "named_inputs",
     "refine": "transferring.refinement",
     "run_demo": "demo",
+    "run_study": "study.campaign",
     "transfer": "transferring.transfer",
     "write_diagram_picture": "transport.diagram_picture",
 }
 
 __all__ = [
+    "Condition",
     "ContactProgram",
     "ContactSkill",
     "ContactSolutions",
@@ -90,6 +98,8 @@ __all__ = [
     "PayloadMpc",
     "PointCloud",
     "StationParameters",
+    "StudyPlan",
+    "StudySummary",
     "SurfaceFeatures",
     "TrialResult",
     "WindParameters",
@@ -107,6 +117,7 @@ __all__ = [
     "read_skill",
     "refine",
     "run_demo",
+    "run_study",
     "transfer",
     "write_diagram_picture",
 ]

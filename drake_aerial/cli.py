@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -177,6 +178,29 @@ def _parser() -> argparse.ArgumentParser:
     fly.add_argument("--json", action="store_true", help="print the metrics as JSON on stdout")
     fly.set_defaults(run=_fly)
 
+    study = verbs.add_parser(
+        "study", help="fly a study: conditions x methods x solutions x trials; goes on where it stopped"
+    )
+    study.add_argument("--out", type=Path, required=True, metavar="DIR", help="where records and report go")
+    study.add_argument("--plan", default="paper", metavar="NAME|FILE", help="the study (default: paper)")
+    study.add_argument("--conditions", nargs="+", metavar="NAME", help="of the plan's conditions (default: all)")
+    study.add_argument("--methods", nargs="+", metavar="NAME", help="of the plan's methods (default: all)")
+    study.add_argument("--beliefs", nargs="+", metavar="NAME", help="of the plan's beliefs (default: all)")
+    study.add_argument("--solutions", type=_positive, metavar="N", help="fly the best N (default: the plan's)")
+    study.add_argument("--trials", type=_positive, metavar="N", help="fly each N times (default: the plan's)")
+    study.add_argument("--seed", type=_seed, help="all others derive from it (default: the plan's)")
+    study.add_argument("--fly-infeasible", action="store_true", help="also fly solutions with reasons against them")
+    where = study.add_mutually_exclusive_group()
+    where.add_argument(
+        "--workers",
+        type=_seed,
+        metavar="N",
+        help="processes; 0: in this one (default: one per core)",
+    )
+    where.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler, instead of local processes")
+    study.add_argument("--json", action="store_true", help="print a JSON summary on stdout")
+    study.set_defaults(run=_study)
+
     view = verbs.add_parser("view", help="show a cloud, skill, contacts or trial as one self-contained HTML page")
     view.add_argument("file", type=Path, metavar="FILE", help="a cloud, SKILL.npz, contacts.json or trial.npz")
     view.add_argument("--out", type=Path, metavar="PAGE.html", help="the page (default: FILE with .html)")
@@ -293,6 +317,33 @@ def _fly(arguments: argparse.Namespace) -> int:
     return 0 if result.metrics["outcome"] == "completed" else 1
 
 
+def _study(arguments: argparse.Namespace) -> int:
+    from drake_aerial import StudyPlan, run_study
+    from drake_aerial.study.workers import default_workers
+
+    plan = StudyPlan.read(arguments.plan).chosen(
+        conditions=arguments.conditions,
+        methods=arguments.methods,
+        beliefs=arguments.beliefs,
+        solutions=arguments.solutions,
+        trials=arguments.trials,
+        seed=arguments.seed,
+        fly_infeasible=arguments.fly_infeasible or None,
+    )
+    workers = default_workers() if arguments.workers is None else arguments.workers
+    where = (
+        f"at {arguments.scheduler}" if arguments.scheduler else f"{workers} workers" if workers else "in this process"
+    )
+    print(f"study {plan.name!r}: {plan.count} flights at most, {where}", file=sys.stderr)
+    with _progress("study") as bar:
+        progress = bar if sys.stderr.isatty() else _logged("study")
+        summary = run_study(plan, arguments.out, workers=workers, scheduler=arguments.scheduler, progress=progress)
+    for complaint in (*summary.complaints, *summary.errors):
+        print(f"drake-aerial study: {complaint}", file=sys.stderr)
+    _report(arguments.json, summary.to_dict(), str(summary))
+    return 1 if summary.errors else 0
+
+
 def _view(arguments: argparse.Namespace) -> int:
     from drake_aerial.drawing.views import write_view
 
@@ -335,6 +386,19 @@ def _progress(label: str) -> Iterator[Callable[[float, str], None]]:
             bar.refresh()
 
         yield update
+
+
+def _logged(label: str, every: float = 60.0) -> Callable[[float, str], None]:
+    """Return a callback that writes a line on stderr now and then [s], for long jobs without a terminal."""
+    told = 0.0
+
+    def update(fraction: float, what: str = "") -> None:
+        nonlocal told
+        if time.monotonic() - told >= every:
+            told = time.monotonic()
+            print(f"{label}: {100 * fraction:.0f} %, {what}", file=sys.stderr, flush=True)
+
+    return update
 
 
 def _one_line(error: Exception) -> str:

@@ -18,7 +18,7 @@ def models_dir() -> Path:
 
 
 def names(kind: str) -> list[str]:
-    """Return the names of the shipped files of a kind: "payloads" or "demonstrations"."""
+    """Return the names of the shipped files of a kind: "payloads", "demonstrations" or "studies"."""
     return sorted(path.stem for path in (models_dir() / kind).glob("*.yaml"))
 
 
@@ -28,7 +28,7 @@ def find(kind: str, name_or_path: str | Path) -> Path:
     Parameters
     ----------
     kind : str
-        "payloads" or "demonstrations".
+        "payloads", "demonstrations" or "studies".
     name_or_path : str or Path
         A shipped model's name ("flat"), or the path of a YAML file.
 
@@ -43,5 +43,5 @@ def find(kind: str, name_or_path: str | Path) -> Path:
     shipped = models_dir() / kind / f"{name_or_path}.yaml"
     if path.name == str(name_or_path) and shipped.is_file():
         return shipped
-    singular = kind.removesuffix("s")
+    singular = {"studies": "study"}.get(kind, kind.removesuffix("s"))
     raise InputError(f"no {singular} {str(name_or_path)!r}: give a YAML file or one of {', '.join(names(kind))}")

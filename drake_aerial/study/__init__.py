@@ -1,0 +1,1 @@
+"""The study: conditions, campaign, records, statistics, figures, report."""
