@@ -12,12 +12,11 @@ from pydrake.systems.analysis import Simulator
 
 import drake_aerial
 from drake_aerial.blas_threads import one_blas_thread
-from drake_aerial.control.observation import PositionFilter
 from drake_aerial.control.payload_parameters import PayloadModelParameters
 from drake_aerial.control.trajectory_files import read_trajectory, trajectory_to_dict
 from drake_aerial.plant.scene import GRAVITY
 from drake_aerial.transport.beliefs import believed_model, suspended_properties
-from drake_aerial.transport.flight_options import CONTROLLERS, FlightOptions
+from drake_aerial.transport.flight_options import FlightOptions
 from drake_aerial.transport.lifting import check_formation, check_team
 from drake_aerial.transport.metrics import flight_metrics
 from drake_aerial.transport.outcome import FlightMonitor, Progress
@@ -93,14 +92,11 @@ class Flight:
             check_team(suspension.payload, hanging, *team)
             check_formation(suspension.p_LC - com, hanging, *team)
         self._weight = GRAVITY * hanging
-        further = options.controller_options or {}
-        # A tick one plant step after each sample sees that sample; the filter is told how noisy positions are.
-        matched = {"offset": parameters.time_step, "position_filter": PositionFilter(parameters.noise)}
         self.station: TransportStation = make_transport_station(
             suspension.payload,
             suspension.p_LC,
             suspension.normal_L,
-            controller=CONTROLLERS[options.controller](self.model, **{**matched, **further}),
+            controller=options.make_controller(self.model),
             parameters=parameters,
             force=options.force,
         )
@@ -110,8 +106,8 @@ class Flight:
             "belief": options.belief,
             "mass_ratio": options.mass_ratio,
             "forced": options.force,
-            "controller": options.controller,
-            "controller_options": {key: repr(value) for key, value in further.items()},
+            "controller": options.controller_name,
+            "controller_options": {key: repr(value) for key, value in (options.controller_options or {}).items()},
             "trajectory": trajectory_to_dict(self.trajectory),
             "station": _plain(asdict(parameters)),
             "payload": {

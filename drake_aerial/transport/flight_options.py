@@ -8,9 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydrake.systems.framework import LeafSystem
 
+from drake_aerial.control.controller import PayloadController
 from drake_aerial.control.geometric import GeometricController
 from drake_aerial.control.mpc import PayloadMpc
+from drake_aerial.control.observation import PositionFilter
+from drake_aerial.control.payload_parameters import PayloadModelParameters
 from drake_aerial.control.trajectory import Trajectory
 from drake_aerial.errors import InputError
 from drake_aerial.plant.cable import CableParameters
@@ -37,8 +41,8 @@ class FlightOptions:
 
     belief: str = "below_contact"
     """What the controller takes for the centre of mass: below_contact, geometric or true."""
-    controller: str = "mpc"
-    """mpc, geometric_ff or geometric."""
+    controller: str | Callable[..., LeafSystem] = "mpc"
+    """mpc, geometric_ff or geometric; or your own: called with the believed `PayloadModelParameters`, it returns the LeafSystem."""
     trajectory: str | Path | Trajectory = "transport"
     """"transport" (also called "circle"), hover, line, waypoints, or a YAML file."""
     cable: str | CableParameters | None = None
@@ -59,10 +63,28 @@ class FlightOptions:
     def __post_init__(self) -> None:
         if self.belief not in BELIEFS:
             raise InputError(f"no belief {self.belief!r}: give one of {', '.join(BELIEFS)}")
-        if self.controller not in CONTROLLERS:
-            raise InputError(f"no controller {self.controller!r}: give one of {', '.join(CONTROLLERS)}")
+        if not callable(self.controller) and self.controller not in CONTROLLERS:
+            raise InputError(f"no controller {self.controller!r}: give one of {', '.join(CONTROLLERS)}, or a function")
         if not (np.isfinite(self.after_drop) and self.after_drop >= 0.0):
             raise InputError(f"after_drop is {self.after_drop!r} s; 0 or more accepted")
+
+    def make_controller(self, model: PayloadModelParameters) -> LeafSystem:
+        """Return a controller that believes in `model`.
+
+        Those of this package, and classes derived from `PayloadController`, are told when to tick and how noisy positions are.
+        """
+        parameters = self.station_parameters
+        # A tick one plant step after each sample sees that sample.
+        matched = {"offset": parameters.time_step, "position_filter": PositionFilter(parameters.noise)}
+        given = self.controller_options or {}
+        make = CONTROLLERS[self.controller] if isinstance(self.controller, str) else self.controller
+        ours = isinstance(self.controller, str) or (isinstance(make, type) and issubclass(make, PayloadController))
+        return make(model, **{**matched, **given}) if ours else make(model, **given)
+
+    @property
+    def controller_name(self) -> str:
+        """What the controller is called in records."""
+        return self.controller if isinstance(self.controller, str) else getattr(self.controller, "__name__", "function")
 
     @classmethod
     def merged(cls, options: FlightOptions | None, changes: dict[str, Any]) -> FlightOptions:

@@ -12,10 +12,11 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.math import SpatialVelocity
 from pydrake.multibody.plant import ExternallyAppliedSpatialForceMultiplexer
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, OutputPort
-from pydrake.systems.primitives import Multiplexer, VectorLogSink
+from pydrake.systems.primitives import ConstantVectorSource, Multiplexer, VectorLogSink
 
 from drake_aerial.control.allocation import Allocation
 from drake_aerial.control.attitude import AttitudeController
+from drake_aerial.control.take_off import FlightPhase
 from drake_aerial.control.trajectory import Trajectory
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, quat_from_two_vectors
@@ -164,14 +165,26 @@ class TransportStation(Diagram):
         if self.controller is None:
             builder.ExportInput(self.attitude.GetInputPort("thrust_vectors"), "attitude.thrust_vectors")
             return
-        builder.AddNamedSystem("controller", self.controller)
+        controller = builder.AddNamedSystem("controller", self.controller)
+        if not controller.HasOutputPort("thrust_vectors"):
+            raise InputError(
+                f"a controller needs an output port thrust_vectors ({3 * n}), in the world [N]; this one has none"
+            )
+        # A controller need not look at everything.
         for name in ("payload_state", "quadrotor_states", "cable_directions"):
-            builder.Connect(self.perception.GetOutputPort(name), self.controller.GetInputPort(name))
-        thrusts = self.controller.GetOutputPort("thrust_vectors")
+            if controller.HasInputPort(name):
+                builder.Connect(self.perception.GetOutputPort(name), controller.GetInputPort(name))
+        thrusts = controller.GetOutputPort("thrust_vectors")
         builder.Connect(thrusts, self.attitude.GetInputPort("thrust_vectors"))
-        builder.ExportInput(self.controller.GetInputPort("reference"), "controller.reference")
+        if controller.HasInputPort("reference"):
+            builder.ExportInput(controller.GetInputPort("reference"), "controller.reference")
         self._export(builder, thrusts, "controller.thrust_vectors", log=True)
-        self._export(builder, self.controller.GetOutputPort("phase"), "controller.phase", log=True)
+        if controller.HasOutputPort("phase"):
+            phase = controller.GetOutputPort("phase")
+        else:
+            # One that does not say takes itself for flying from the start.
+            phase = builder.AddNamedSystem("phase", ConstantVectorSource([float(FlightPhase.FLYING)])).get_output_port()
+        self._export(builder, phase, "controller.phase", log=True)
 
     def _export(self, builder: DiagramBuilder, port: OutputPort, name: str, *, log: bool = False) -> None:
         builder.ExportOutput(port, name)
@@ -238,7 +251,8 @@ class TransportStation(Diagram):
         if reference is None:
             return None
         moved = reference.starting_at(X_WL.translation())
-        self.GetInputPort("controller.reference").FixValue(context, AbstractValue.Make(moved))
+        if self.HasInputPort("controller.reference"):
+            self.GetInputPort("controller.reference").FixValue(context, AbstractValue.Make(moved))
         return moved
 
     def log(self, root_context: Context, name: str) -> tuple[Array, Array]:

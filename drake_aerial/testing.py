@@ -1,0 +1,213 @@
+"""A pytest plugin for what you build with this package: fixtures that make scans, skills, stations and flights, and assertions on flights.
+
+It is active wherever the package is installed beside pytest; its fixtures' names begin with ``aerial_``. A controller of your own
+is tested in five lines::
+
+    from drake_aerial.testing import assert_completed, assert_taut, assert_tracks
+
+    def test_my_controller_holds_a_box_still(aerial_flight):
+        trial = aerial_flight([[0.0, 0.0]], controller=MyController, trajectory="hover")
+        assert_completed(trial)
+        assert_taut(trial)
+        assert_tracks(trial, rmse=0.05)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from numpy.typing import ArrayLike
+
+if TYPE_CHECKING:
+    from drake_aerial.learning.skill import ContactSkill
+    from drake_aerial.perception.point_cloud import PointCloud
+    from drake_aerial.plant.payload import Payload
+    from drake_aerial.transport.station import TransportStation
+    from drake_aerial.transport.suspension import Suspension
+    from drake_aerial.transport.trial_result import TrialResult
+
+
+def contacts_from_above(payload: Payload, places: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    """Return the points (n, 3) [m] and outward normals (n, 3) of a payload's surface under horizontal places (n, 2) [m].
+
+    Places and points are in the payload file's frame, that of its scan, z up. Raises InputError where nothing lies under a place.
+    """
+    import open3d as o3d
+
+    from drake_aerial.errors import InputError
+    from drake_aerial.geometry import transform
+
+    vertices = transform(payload.X_SP, payload.vertices)
+    xy = np.asarray(places, float).reshape(-1, 2)
+    # The ray caster counts in single precision: start close.
+    height = float(vertices[:, 2].max()) + 0.1
+    scene: Any = o3d.t.geometry.RaycastingScene()
+    tensor: Any = o3d.core.Tensor
+    scene.add_triangles(vertices.astype(np.float32), payload.faces.astype(np.uint32))
+    down = np.tile([0.0, 0.0, -1.0], (len(xy), 1))
+    rays = np.hstack([xy, np.full((len(xy), 1), height), down])
+    hit = scene.cast_rays(tensor(rays.astype(np.float32)))
+    depth, normals = hit["t_hit"].numpy().astype(float), hit["primitive_normals"].numpy().astype(float)
+    for place, reach in zip(xy, depth, strict=True):
+        if not np.isfinite(reach):
+            raise InputError(f"no part of payload {payload.name!r} lies under {place.tolist()} m")
+    normals *= np.where(normals[:, 2:] < 0.0, -1.0, 1.0)
+    return np.column_stack([xy, height - depth]), normals / np.linalg.norm(normals, axis=1, keepdims=True)
+
+
+def _suspension(payload: Payload | str, places: ArrayLike) -> Suspension:
+    from drake_aerial.plant.payload import Payload
+    from drake_aerial.transport.suspension import Suspension
+
+    if not isinstance(payload, Payload):
+        payload = Payload.read(payload)
+    return Suspension.hang(payload, *contacts_from_above(payload, places))
+
+
+@pytest.fixture(scope="session")
+def aerial_skill() -> Callable[..., ContactSkill]:
+    """``aerial_skill(name_or_file="flat")``: a skill, learnt once for all tests of the run."""
+    from functools import lru_cache
+
+    from drake_aerial.named_inputs import read_skill
+
+    @lru_cache
+    def skill(name: str = "flat") -> ContactSkill:
+        return read_skill(name)
+
+    return skill
+
+
+@pytest.fixture(scope="session")
+def aerial_scan() -> Callable[..., PointCloud]:
+    """``aerial_scan(payload="box_68x68x28", viewpoint=None, noise=0.0, seed=0)``: a synthetic scan.
+
+    Of the whole surface, or with a `viewpoint` (3,) [m] of what a depth camera there sees; `noise` [m] per coordinate, or along
+    the camera's rays.
+    """
+
+    def scan(
+        payload: str = "box_68x68x28", viewpoint: ArrayLike | None = None, noise: float = 0.0, seed: int = 0
+    ) -> PointCloud:
+        import trimesh
+
+        from drake_aerial.geometry import transform
+        from drake_aerial.named_inputs import read_scan
+        from drake_aerial.perception.views import partial_view
+        from drake_aerial.plant.payload import Payload
+
+        rng = np.random.default_rng(seed)
+        if viewpoint is None:
+            cloud = read_scan(payload)
+            return cloud.with_noise(noise, rng) if noise > 0.0 else cloud
+        body = Payload.read(payload)
+        mesh = trimesh.Trimesh(transform(body.X_SP, body.vertices), body.faces, process=False)
+        return partial_view(mesh, np.asarray(viewpoint, float), noise=noise, rng=rng)
+
+    return scan
+
+
+@pytest.fixture
+def aerial_station() -> Callable[..., TransportStation]:
+    """``aerial_station(places, payload="box_68x61x28", controller=None, parameters=None)``: a transport station.
+
+    One quadrotor hangs over each of the horizontal `places` (n, 2) [m]; `controller` is a LeafSystem, or None to have its
+    ports exported.
+    """
+
+    def station(
+        places: ArrayLike = ((0.0, 0.0),), payload: Payload | str = "box_68x61x28", **options: Any
+    ) -> TransportStation:
+        from drake_aerial.transport.station import make_transport_station
+
+        hung = _suspension(payload, places)
+        return make_transport_station(hung.payload, hung.p_LC, hung.normal_L, **options)
+
+    return station
+
+
+@pytest.fixture
+def aerial_flight() -> Callable[..., TrialResult]:
+    """``aerial_flight(places, payload="box_68x61x28", seed=0, **options)``: the result of one flight.
+
+    One quadrotor hangs over each of the horizontal `places` (n, 2) [m]. The options are the fields of `FlightOptions`; a
+    `controller` may be your own: a function or class that takes the believed `PayloadModelParameters`. The belief is "true" here
+    unless it is given.
+    """
+
+    def flight(
+        places: ArrayLike = ((0.0, 0.0),),
+        payload: Payload | str = "box_68x61x28",
+        *,
+        seed: int = 0,
+        belief: str = "true",
+        **options: Any,
+    ) -> TrialResult:
+        from drake_aerial.transport.flight import Flight
+
+        return Flight(_suspension(payload, places), belief=belief, **options).run(seed)
+
+    return flight
+
+
+def _aloft(trial: TrialResult, phase: str | None) -> np.ndarray:
+    """Return which samples (T,) count: those of one phase, or all after the payload was lifted."""
+    number = np.asarray(trial.series["phase"]).astype(int)
+    if phase is None:
+        ground = [i for i, name in enumerate(trial.phase_names) if name in ("ground", "tensioning", "lifting")]
+        return ~np.isin(number, ground)
+    if phase not in trial.phase_names:
+        raise ValueError(f"no phase {phase!r}; this flight has {', '.join(trial.phase_names)}")
+    return number == trial.phase_names.index(phase)
+
+
+def assert_completed(trial: TrialResult) -> None:
+    """Fail unless the flight went on to its trajectory's end."""
+    outcome, reason = trial.metrics["outcome"], trial.metrics.get("outcome_reason")
+    assert outcome == "completed", f"the flight {outcome}: {reason}"
+
+
+def assert_tracks(
+    trial: TrialResult, *, rmse: float | None = None, largest: float | None = None, phase: str | None = None
+) -> None:
+    """Fail unless the payload stayed on its path.
+
+    Parameters
+    ----------
+    trial : TrialResult
+    rmse, largest : float, optional
+        Bounds of the root mean square and of the largest distance from the reference [m].
+    phase : str, optional
+        The phase to look at; by default all that follow the lift.
+    """
+    part = _aloft(trial, phase)
+    assert part.any(), f"the flight never came to {phase or 'the phases after the lift'}"
+    error = np.linalg.norm(trial.series["payload_position"] - trial.series["reference_position"], axis=1)[part]
+    if rmse is not None:
+        measured = float(np.sqrt(np.mean(error**2)))
+        assert measured <= rmse, f"root mean square distance from the path {measured:.4f} m, at most {rmse:g} m allowed"
+    if largest is not None:
+        assert error.max() <= largest, (
+            f"largest distance from the path {error.max():.4f} m, at most {largest:g} m allowed"
+        )
+
+
+def assert_taut(trial: TrialResult, *, fraction: float = 0.0, phase: str | None = None) -> None:
+    """Fail if a cable was slack for more than a fraction of the time after the lift, or in one phase."""
+    part = _aloft(trial, phase)
+    slack = (np.asarray(trial.series["tension"])[part] <= 1e-3).mean(axis=0)
+    worst = int(np.argmax(slack))
+    assert slack[worst] <= fraction, (
+        f"cable {worst + 1} was slack for {100 * slack[worst]:.1f} % of the time, at most {100 * fraction:g} % allowed"
+    )
+
+
+def assert_tension_below(trial: TrialResult, limit: float) -> None:
+    """Fail if any cable's tension exceeded `limit` [N] at any time."""
+    tension = np.asarray(trial.series["tension"])
+    cable = int(np.argmax(tension.max(axis=0)))
+    largest = float(tension[:, cable].max())
+    assert largest <= limit, f"cable {cable + 1} carried {largest:.3f} N, at most {limit:g} N allowed"
