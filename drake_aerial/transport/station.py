@@ -12,7 +12,7 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.math import SpatialVelocity
 from pydrake.multibody.plant import ExternallyAppliedSpatialForceMultiplexer
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, OutputPort
-from pydrake.systems.primitives import ConstantVectorSource, Multiplexer, VectorLogSink
+from pydrake.systems.primitives import ConstantVectorSource, Multiplexer, VectorLogSink, ZeroOrderHold
 
 from drake_aerial.control.allocation import Allocation
 from drake_aerial.control.attitude import AttitudeController
@@ -131,7 +131,15 @@ class TransportStation(Diagram):
         self.attitude = builder.AddNamedSystem("attitude", AttitudeController(propellers, inertia))
         builder.Connect(quadrotor_states, self.attitude.GetInputPort("quadrotor_states"))
         commands, forces = connect_propellers(builder, plant, self.quadrotors, motor_lag=parameters.motor_lag)
-        builder.Connect(self.attitude.GetOutputPort("propeller_commands"), commands)
+        wanted = self.attitude.GetOutputPort("propeller_commands")
+        self.hold: ZeroOrderHold | None = None
+        if parameters.attitude_period != 0.0:
+            # One step after the controller's tick, which is one after the sensor's: it holds what follows from the newest sample.
+            hold = ZeroOrderHold(parameters.attitude_period, 4 * n, 2.0 * parameters.time_step)
+            self.hold = builder.AddNamedSystem("attitude_hold", hold)
+            builder.Connect(wanted, hold.get_input_port())
+            wanted = hold.get_output_port()
+        builder.Connect(wanted, commands)
 
         self.cable_system = connect_cables(builder, plant, self.cables, payload_state, quadrotor_states)
         applied = [forces] if self.cable_system.forces is None else [forces, self.cable_system.forces]
@@ -242,12 +250,14 @@ class TransportStation(Diagram):
         self.perception.set_seed(self.perception.GetMyMutableContextFromRoot(context), seed)
         if self.wind is not None:
             self.wind.set_seed(self.wind.GetMyMutableContextFromRoot(context), seed)
+        # Turning as they must for what each carries now.
+        team = parameters.quadrotors(self.n)
+        thrust = GRAVITY * np.array([q.mass for q in team]) + carried
+        squares = np.repeat([u / (4.0 * q.thrust_coefficient) for u, q in zip(thrust, team, strict=True)], 4)
         if self.motors is not None:
-            # Turning as they must for what each carries now.
-            team = parameters.quadrotors(self.n)
-            thrust = GRAVITY * np.array([q.mass for q in team]) + carried
-            speeds = [np.sqrt(u / (4.0 * q.thrust_coefficient)) for u, q in zip(thrust, team, strict=True)]
-            self.motors.set_speeds(self.motors.GetMyMutableContextFromRoot(context), np.repeat(speeds, 4))
+            self.motors.set_speeds(self.motors.GetMyMutableContextFromRoot(context), np.sqrt(squares))
+        if self.hold is not None:
+            self.hold.SetVectorState(self.hold.GetMyMutableContextFromRoot(context), squares)
         if reference is None:
             return None
         moved = reference.starting_at(X_WL.translation())
@@ -307,6 +317,11 @@ def _check(payload: Payload, contacts: Array, parameters: StationParameters, for
         raise InputError(f"contacts of shape {contacts.shape} given; (n, 3) finite numbers, n >= 1, accepted")
     if not (np.isfinite(parameters.time_step) and 0.0 < parameters.time_step <= 0.01):
         raise InputError(f"a time step of {parameters.time_step!r} s; above 0 and at most 0.01 s accepted")
+    held = parameters.attitude_period
+    if not (held == 0.0 or (np.isfinite(held) and held >= parameters.time_step)):
+        raise InputError(
+            f"an attitude period of {held!r} s; 0, or at least the plant's step {parameters.time_step:g} s accepted"
+        )
     shortest = float(parameters.cable_lengths(n).min())
     if not 0.0 <= parameters.initial_slack < 0.9 * shortest:
         raise InputError(

@@ -39,6 +39,8 @@ class StationParameters:
     """Standard deviation of the payload's measured position, per coordinate [m]."""
     measured_directions: bool = True
     """Whether cable directions are measured on their own, or inferred from the noisy payload position."""
+    attitude_period: float = 0.0
+    """How long propeller commands of the attitude loop are held [s]; 0 for new ones at every step of the plant."""
     initial_slack: float = 0.05
     """How much closer to its contact than its cable's length a quadrotor starts [m]."""
     airborne_height: float = 1.0

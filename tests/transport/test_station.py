@@ -44,7 +44,9 @@ def test_an_unstable_elastic_step_is_refused(box):
     make_transport_station(box, TRIANGLE, parameters=soft)
 
 
-@pytest.mark.parametrize("bad", [{"time_step": 0.0}, {"time_step": 0.1}, {"initial_slack": 0.6}, {"noise": -1.0}])
+@pytest.mark.parametrize(
+    "bad", [{"time_step": 0.0}, {"time_step": 0.1}, {"initial_slack": 0.6}, {"noise": -1.0}, {"attitude_period": 1e-3}]
+)
 def test_bad_parameters_are_refused(box, bad):
     with pytest.raises(InputError):
         make_transport_station(box, [[0, 0, 0.14]], parameters=StationParameters(**bad))
@@ -124,6 +126,26 @@ def test_the_controllers_model_agrees_with_the_plant(box, kind, contacts, seed):
     assert dw_W == pytest.approx(R @ expected.dW[0], abs=0.01 * np.abs(expected.dW).max())
     a_com = change[10:13] + np.cross(dw_W, arm) + np.cross(w_L, np.cross(w_L, arm))
     assert a_com == pytest.approx(expected.a[0], abs=0.01 * 9.81)
+
+
+def test_propeller_commands_may_be_held(hang):
+    s = hang()
+    parameters = StationParameters(attitude_period=0.01, noise=0.0)
+    station = make_transport_station(s.payload, s.p_LC, s.normal_L, parameters=parameters)
+    context = station.CreateDefaultContext()
+    station.place(context)
+    # A command that asks for a turn: the moment follows the attitude, and so would the commands at every step.
+    station.GetInputPort("attitude.thrust_vectors").FixValue(context, [0.5, 0.0, 3.0])
+    commands = station.GetOutputPort("propellers.command")
+    hover = 0.25 * 9.81 / (4 * parameters.quadrotor.thrust_coefficient)
+    assert commands.Eval(context) == pytest.approx(np.full(4, hover))
+    simulator, seen = Simulator(station, context), []
+    for k in range(16):
+        simulator.AdvanceTo(2e-3 * k + 1e-3)
+        seen.append(commands.Eval(context).copy())
+    changes = [k for k in range(1, 16) if (seen[k] != seen[k - 1]).any()]
+    assert changes == [2, 7, 12]
+    assert np.ptp(seen[2]) > 0.01 * hover
 
 
 def test_a_station_starts_at_rest_and_serves_many_contexts(hang, quick):

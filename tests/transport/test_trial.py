@@ -11,7 +11,7 @@ from drake_aerial.errors import InputError
 from drake_aerial.geometry import Pose
 from drake_aerial.plant.cable import CableParameters
 from drake_aerial.plant.gripper import GripperParameters
-from drake_aerial.plant.payload import TABLE_INERTIA, Payload
+from drake_aerial.plant.payload import Payload
 from drake_aerial.transferring.solutions import ContactSolutions, Solution
 from drake_aerial.transport.flight import Flight
 from drake_aerial.transport.station import StationParameters
@@ -142,21 +142,6 @@ def test_three_quadrotors_share_the_load(box, quick):
     assert m["position_rmse_m"] < 0.008
     assert m["attitude_rmse_rad"] < 0.02
     assert m["slack_fraction"] == 0.0
-
-
-def test_the_geometric_law_errs_as_in_an_independent_simulator():
-    # Three quadrotors, exact state, 100 Hz, a circle at constant rate from rest: 0.1378 m there.
-    grippers = [(-0.154, -0.267, 0.011), (0.308, 0.0, 0.011), (-0.154, 0.267, 0.011)]
-    plate = Payload.from_box([0.68, 0.61, 0.022], inertia=TABLE_INERTIA)
-    flight = Flight(
-        Suspension.hang(plate, grippers, [[0, 0, 1]] * 3),
-        belief="true",
-        controller="geometric",
-        trajectory=TransportTrajectory.airborne(timing="constant", hover_time=0.0),
-        parameters=StationParameters(noise=0.0, perception_period=0.01),
-        controller_options={"period": 0.01},
-    )
-    assert flight.run().metrics["position_rmse_m"] == pytest.approx(0.1378, rel=0.05)
 
 
 def test_from_contacts_and_back_from_its_files(quick, tmp_path):
