@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Flight tables on the box 68x61x28: tracking errors over fresh seeds, beliefs against offsets, timings.
+"""Flight tables: one quadrotor on the box 68x61x28 (tracking, beliefs against offsets, timings), then formations.
 
-Every row is a number of flights from the ground (lift, approach, two turns of a 1 m circle in 12 s, 5 s of hover) with 1 cm of noise on the
+Every row of one quadrotor is a number of flights from the ground (lift, approach, two turns of a 1 m circle in 12 s, 5 s of hover) with 1 cm of noise on the
 measured payload position, and differs between seeds in that noise alone. RMSE is of the tracked point L, over circle and hover and over the
 circle alone; of the flights that were completed, with all outcomes beside it.
 
-    tools/run python tools/bench/flight.py                              everything, 10 seeds (some 25 minutes)
-    tools/run python tools/bench/flight.py --rows centred off_centre    what must stay below its limits
+    tools/run python tools/bench/flight.py                              everything, 10 seeds (some 40 minutes)
+    tools/run python tools/bench/flight.py --rows centred off_centre    one quadrotor: what must stay below its limits
+    tools/run python tools/bench/flight.py --rows formations            several: the groups of formation_flights.py
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import formation_flights
 import numpy as np
 
 from drake_aerial.plant.payload import Payload
@@ -48,8 +50,28 @@ def main() -> int:
         for row in ROWS
         if row[0] in arguments.rows and row[1] in arguments.controllers and row[2] in arguments.beliefs
     ]
-    known: dict[tuple[str, str, float], dict[str, Any]] = {}
     print(f"seeds {seeds.start}..{seeds.stop - 1}, noise {100 * arguments.noise:g} cm, cable {arguments.cable}\n")
+    failed = fly_one(rows, seeds, arguments) if rows else False
+    groups = [g for g in formation_flights.GROUPS if g in arguments.rows or "formations" in arguments.rows]
+    failed |= fly_several(groups, seeds) if groups else False
+    return int(failed and arguments.check)
+
+
+def fly_several(groups: list[str], seeds: range) -> bool:
+    """Fly rows of formations, print them and what they must show; return whether a target is missed."""
+    print(formation_flights.HEADER)
+    flown = {}
+    for row, figures in formation_flights.fly_formations(groups, seeds):
+        flown[row.label] = figures
+        print(formation_flights.show(row, figures), flush=True)
+    verdicts = list(formation_flights.judge(flown))
+    print("", *(line for line, _ in verdicts), sep="\n")
+    return not all(good for _, good in verdicts)
+
+
+def fly_one(rows: list[tuple[str, str, str, float]], seeds: range, arguments: argparse.Namespace) -> bool:
+    """Fly rows of one quadrotor and print them; return whether a limit is missed."""
+    known: dict[tuple[str, str, float], dict[str, Any]] = {}
     print(
         f"{'group':<11}{'controller':<14}{'belief':<15}{'offset':>7} | {'RMSE cm: mean':>13} {'min':>6} {'max':>6} | {'circle':>6} {'max':>6}"
         f" | {'tilt deg: mean':>14} {'max':>6} | {'outcomes':<26} | {'ms/step':>7} {'p99':>6} {'s/CPU s':>7}"
@@ -71,7 +93,7 @@ def main() -> int:
         failed |= step > 4.0 or speed < 4.0
     if arguments.json:
         arguments.json.write_text(json.dumps([{"row": key, **row} for key, row in known.items()], indent=1) + "\n")
-    return int(failed and arguments.check)
+    return failed
 
 
 def fly_row(controller: str, belief: str, offset: float, seeds: range, arguments: argparse.Namespace) -> dict[str, Any]:
@@ -131,8 +153,8 @@ def judge(key: tuple[str, str, float], row: dict[str, Any]) -> str:
 
 def parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    groups = list(dict.fromkeys(row[0] for row in ROWS))
-    parser.add_argument("--rows", nargs="+", choices=groups, default=groups)
+    groups = [*dict.fromkeys(row[0] for row in ROWS), "formations"]
+    parser.add_argument("--rows", nargs="+", choices=[*groups, *formation_flights.GROUPS], default=groups)
     parser.add_argument("--controllers", nargs="+", choices=list(CONTROLLERS), default=list(CONTROLLERS))
     parser.add_argument("--beliefs", nargs="+", choices=BELIEFS, default=list(BELIEFS))
     parser.add_argument("--seeds", type=int, default=10, help="how many (default: 10)")
