@@ -4,7 +4,7 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
-from pydrake.systems.primitives import ConstantValueSource
+from pydrake.systems.primitives import ConstantValueSource, ZeroOrderHold
 from scipy.spatial.transform import Rotation
 from test_allocation import CROSS
 
@@ -109,10 +109,23 @@ def hanging(model, p_L, R=None):
     )
 
 
-def fly(controller, truth, x, reference, seconds, noise=0.0, seed=0, propellers=None, sensor_period=0.02, step=0.004):
+def fly(
+    controller,
+    truth,
+    x,
+    reference,
+    seconds,
+    noise=0.0,
+    seed=0,
+    propellers=None,
+    sensor_period=0.02,
+    step=0.004,
+    hold=None,
+):
     """Simulate; return the log as arrays, with the reference's position beside the payload's.
 
-    Without a `sensor_period` the controller reads the exact state of the moment.
+    Without a `sensor_period` the controller reads the exact state of the moment. The attitude loop's commands are new at every step, or
+    held for the time `hold`.
     """
     n = truth.n
     propellers = propellers or [CROSS] * n
@@ -131,7 +144,12 @@ def fly(controller, truth, x, reference, seconds, noise=0.0, seed=0, propellers=
     builder.Connect(source.get_output_port(), controller.GetInputPort("reference"))
     builder.Connect(plant.GetOutputPort("quadrotor_states"), attitude.GetInputPort("quadrotor_states"))
     builder.Connect(controller.GetOutputPort("thrust_vectors"), attitude.GetInputPort("thrust_vectors"))
-    builder.Connect(attitude.GetOutputPort("propeller_commands"), plant.GetInputPort("commands"))
+    commands = attitude.GetOutputPort("propeller_commands")
+    if hold is not None:
+        held = builder.AddSystem(ZeroOrderHold(hold, 4 * n, step))  # a step after the controller's tick at 0
+        builder.Connect(commands, held.get_input_port())
+        commands = held.get_output_port()
+    builder.Connect(commands, plant.GetInputPort("commands"))
     simulator = Simulator(builder.Build())
     simulator.AdvanceTo(seconds)
     log = {key: np.array(plant.log[key]) for key in ("t", "p", "v", "R")}
