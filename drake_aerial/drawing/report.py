@@ -23,7 +23,7 @@ code, pre { font: .88rem ui-monospace, monospace; background: #f6f8fa; } pre { p
 """
 
 # Elements that are not put into a paragraph.
-_BLOCKS = ("<pre", "<div", "<iframe")
+_BLOCKS = ("<pre", "<div", "<iframe", "<figure", "<details", "<h3", "<ul", "<table")
 
 # Key of metrics.json, what it is called here, factor, unit format.
 ROWS: tuple[tuple[str, str, float, str], ...] = (
@@ -59,7 +59,20 @@ def metrics_table(flights: Mapping[str, Mapping[str, Any]]) -> str:
     return f'<div class="wide"><table><tr><th></th>{head}</tr>{"".join(rows)}</table></div>'
 
 
-def write_report(path: str | Path, *, title: str, answer: str, sections: Sequence[Section]) -> None:
+def embedded_image(image: Path, caption: str, *, kind: str = "") -> str:
+    """Return a PNG as an HTML figure that needs no file beside it; `kind` is the figure's class for the page's style."""
+    data = base64.b64encode(image.read_bytes()).decode()
+    text = html.escape(caption)
+    label = f' class="{kind}"' if kind else ""
+    return (
+        f'<figure{label}><div class="wide"><img alt="{text}" src="data:image/png;base64,{data}"></div>'
+        f"<figcaption>{text}</figcaption></figure>"
+    )
+
+
+def write_report(
+    path: str | Path, *, title: str, answer: str, sections: Sequence[Section], style: str = ""
+) -> None:
     """Write a self-contained page: images are embedded.
 
     Parameters
@@ -71,22 +84,20 @@ def write_report(path: str | Path, *, title: str, answer: str, sections: Sequenc
     answer : str
         What the reader came for, HTML, first on the page.
     sections : sequence of Section
+    style : str
+        Further CSS.
     """
     parts = [
         '<!doctype html><html lang="en"><head><meta charset="utf-8">',
         '<meta name="viewport" content="width=device-width, initial-scale=1">',
-        f"<title>{html.escape(title)}</title><style>{_STYLE}</style></head><body>",
+        f"<title>{html.escape(title)}</title><style>{_STYLE}{style}</style></head><body>",
         f'<h1>{html.escape(title)}</h1><p class="answer">{answer}</p>',
     ]
     for section in sections:
         parts.append(f"<h2>{html.escape(section.heading)}</h2>")
         parts += [text if text.startswith(_BLOCKS) else f"<p>{text}</p>" for text in section.paragraphs]
         if section.image is not None:
-            data = base64.b64encode(section.image.read_bytes()).decode()
-            parts.append(
-                f'<figure><img alt="{html.escape(section.caption)}" src="data:image/png;base64,{data}">'
-                f"<figcaption>{html.escape(section.caption)}</figcaption></figure>"
-            )
+            parts.append(embedded_image(section.image, section.caption))
     parts.append("</body></html>\n")
     write_text(path, "\n".join(parts))
 

@@ -1,0 +1,111 @@
+"""The paper's figure of contacts: the demonstration in the first column, then the best solutions of each method."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from drake_aerial.drawing.picture import BLACK, BLUE, GREY, Picture
+from drake_aerial.drawing.pictures import add_formation, skill_picture
+from drake_aerial.drawing.plots import figure
+from drake_aerial.drawing.rendering import render
+from drake_aerial.geometry import Array
+from drake_aerial.study.figure_files import save_figures
+from drake_aerial.study.quantities import METHOD_COLORS
+from drake_aerial.study.saliency import SalientSurface
+
+if TYPE_CHECKING:
+    from drake_aerial.learning.skill import ContactSkill
+    from drake_aerial.transferring.solutions import Solution
+
+CELL = (330, 330)
+# A dot's radius as a part of the scan's diagonal: the features then close up to a surface.
+_DOT = 0.0048
+_COM = (0.85, 0.10, 0.75)
+
+
+@dataclass(frozen=True)
+class GalleryCell:
+    """One solution as flown: what was transferred, what is written over it."""
+
+    solution: Solution
+    caption: str
+
+
+def draw_gallery(
+    stem: Path,
+    skill: ContactSkill | None,
+    surface: SalientSurface,
+    rows: Mapping[str, Sequence[GalleryCell]],
+    com_S: Sequence[float] | None,
+    *,
+    columns: int = 5,
+) -> Path:
+    """Write the figure of one condition and return its PNG.
+
+    Parameters
+    ----------
+    stem : Path
+        Of the files, without an ending.
+    skill : ContactSkill, optional
+        For the first column; left empty without.
+    surface : SalientSurface
+        The scan; drawn the darker, the more salient.
+    rows : mapping of method to cells
+        In order.
+    com_S : (3,), optional
+        The true centre of mass in the scan's frame [m], drawn as a vertical line through it.
+    columns : int
+        How many solutions a row has room for.
+    """
+    columns = max(1, min(columns, max(len(cells) for cells in rows.values())))
+    drawing, axes = figure(1.75 * (columns + 1), 2.0 * len(rows) + 0.1, len(rows), columns + 1)
+    bounds = _bounds(surface.points, rows)
+    shown = None if skill is None else render(skill_picture(skill), size=CELL, zoom=1.15)
+    colors = _saliency_colors(surface.saliency)
+    for row, (method, cells) in zip(axes, rows.items()):
+        for axis in row:
+            axis.set_axis_off()
+        if shown is not None:
+            row[0].imshow(shown)
+        row[0].text(
+            0.02, 0.98, method, transform=row[0].transAxes, va="top", fontsize=12, weight="bold",
+            color=METHOD_COLORS.get(method, "black"),
+        )  # fmt: skip
+        for axis, cell in zip(row[1:], cells):
+            picture = _picture(cell.solution, surface.points, colors, com_S)
+            axis.imshow(render(picture, size=CELL, bounds=bounds, zoom=1.2))
+            axis.set_title(cell.caption, fontsize=9)
+    axes[0, 0].set_title("shown once", fontsize=9)
+    return save_figures(drawing, stem, dpi=120)
+
+
+def _picture(solution: Solution, points: Array, colors: Array, com_S: Sequence[float] | None) -> Picture:
+    picture = Picture()
+    diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
+    picture.add_points(points, color=colors, radius=_DOT * diagonal)
+    add_formation(picture, solution.X_SG, solution.X_SQ, BLUE)
+    if com_S is not None:
+        x, y, z = com_S
+        top = max(float(points[:, 2].max()), z) + 0.15
+        picture.add_tube([[x, y, z], [x, y, top]], color=_COM, radius=0.006)
+        picture.add_sphere([x, y, z], color=_COM, radius=0.02)
+    return picture
+
+
+def _saliency_colors(saliency: Array) -> Array:
+    dark = np.clip(saliency / 1.0, 0.0, 1.0)[:, None]
+    return (1.0 - dark) * (np.array(GREY) * 0.5 + 0.5) + dark * np.array(BLACK)
+
+
+def _bounds(points: Array, rows: Mapping[str, Sequence[GalleryCell]]) -> tuple[Array, Array]:
+    parts = [points]
+    for cells in rows.values():
+        for cell in cells:
+            parts += [cell.solution.X_SG.p, cell.solution.X_SQ.p]
+    everything = np.concatenate(parts)
+    return everything.min(axis=0), everything.max(axis=0)

@@ -1,0 +1,37 @@
+"""A report's figure as files: a small PNG for the page, a PDF for print; the same figure gives the same bytes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from drake_aerial.drawing.plots import save_figure
+from drake_aerial.files import replacing
+
+FIGURES = "figures"
+_COLORS = 128
+
+
+def save_figures(drawing: Any, stem: Path, dpi: int) -> Path:
+    """Write a Matplotlib figure as `stem`.pdf and `stem`.png, the latter with a palette, and return the PNG's path.
+
+    Parameters
+    ----------
+    drawing : matplotlib.figure.Figure
+        What to write.
+    stem : Path
+        Without an ending.
+    dpi : int
+        Of the PNG.
+    """
+    from PIL import Image
+
+    png = stem.with_name(stem.name + ".png")
+    save_figure(drawing, stem.with_name(stem.name + ".pdf"))
+    save_figure(drawing, png, dpi=dpi)
+    with Image.open(png) as image:
+        # Few colours are in use: a palette takes a third of the bytes.
+        small = image.convert("RGB").quantize(_COLORS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    with replacing(png) as temporary:
+        small.save(temporary, format="PNG", optimize=True)
+    return png
