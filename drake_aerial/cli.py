@@ -201,6 +201,10 @@ def _parser() -> argparse.ArgumentParser:
     study.add_argument("--json", action="store_true", help="print a JSON summary on stdout")
     study.set_defaults(run=_study)
 
+    report = verbs.add_parser("report", help="rebuild a study's figures and report.html from its records")
+    report.add_argument("folder", type=Path, metavar="DIR", help="a study's folder, with its records.jsonl")
+    report.set_defaults(run=_write_study_report)
+
     view = verbs.add_parser("view", help="show a cloud, skill, contacts or trial as one self-contained HTML page")
     view.add_argument("file", type=Path, metavar="FILE", help="a cloud, SKILL.npz, contacts.json or trial.npz")
     view.add_argument("--out", type=Path, metavar="PAGE.html", help="the page (default: FILE with .html)")
@@ -342,6 +346,15 @@ def _study(arguments: argparse.Namespace) -> int:
         print(f"drake-aerial study: {complaint}", file=sys.stderr)
     _report(arguments.json, summary.to_dict(), str(summary))
     return 1 if summary.errors else 0
+
+
+def _write_study_report(arguments: argparse.Namespace) -> int:
+    from drake_aerial.study.report import write_report
+
+    with _progress("report") as progress:
+        summary = write_report(arguments.folder, progress=progress)
+    print(summary)
+    return 0
 
 
 def _view(arguments: argparse.Namespace) -> int:

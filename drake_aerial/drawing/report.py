@@ -70,9 +70,7 @@ def embedded_image(image: Path, caption: str, *, kind: str = "") -> str:
     )
 
 
-def write_report(
-    path: str | Path, *, title: str, answer: str, sections: Sequence[Section], style: str = ""
-) -> None:
+def write_report(path: str | Path, *, title: str, answer: str, sections: Sequence[Section], style: str = "") -> None:
     """Write a self-contained page: images are embedded.
 
     Parameters

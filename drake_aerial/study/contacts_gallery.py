@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from drake_aerial.transferring.solutions import Solution
 
 CELL = (330, 330)
+_WIDTH = 1.75
 # A dot's radius as a part of the scan's diagonal: the features then close up to a surface.
 _DOT = 0.0048
 _COM = (0.85, 0.10, 0.75)
@@ -62,25 +63,31 @@ def draw_gallery(
     columns : int
         How many solutions a row has room for.
     """
-    columns = max(1, min(columns, max(len(cells) for cells in rows.values())))
-    drawing, axes = figure(1.75 * (columns + 1), 2.0 * len(rows) + 0.1, len(rows), columns + 1)
-    bounds = _bounds(surface.points, rows)
-    shown = None if skill is None else render(skill_picture(skill), size=CELL, zoom=1.15)
-    colors = _saliency_colors(surface.saliency)
-    for row, (method, cells) in zip(axes, rows.items()):
-        for axis in row:
-            axis.set_axis_off()
-        if shown is not None:
-            row[0].imshow(shown)
-        row[0].text(
-            0.02, 0.98, method, transform=row[0].transAxes, va="top", fontsize=12, weight="bold",
-            color=METHOD_COLORS.get(method, "black"),
-        )  # fmt: skip
-        for axis, cell in zip(row[1:], cells):
+    if skill is None and all(len(cells) == 1 for cells in rows.values()):
+        # Contacts that were given, one a method: side by side.
+        shown = [(method, cell) for method, cells in rows.items() for cell in cells]
+        drawing, axes = figure(_WIDTH * len(shown), 2.3, 1, len(shown))
+        grid = [[*zip(axes[0], shown)]]
+    else:
+        columns = max(1, min(columns, max(len(cells) for cells in rows.values())))
+        drawing, axes = figure(_WIDTH * (columns + 1), 2.05 * len(rows), len(rows), columns + 1)
+        grid = [[*zip(row[1:], ((method, cell) for cell in cells))] for row, (method, cells) in zip(axes, rows.items())]
+        if skill is not None:
+            axes[0, 0].imshow(render(skill_picture(skill), size=CELL, zoom=1.1))
+            axes[0, 0].set_title("shown once", fontsize=9)
+    for axis in axes.flat:
+        axis.set_axis_off()
+    bounds, colors = _bounds(surface.points, rows), _saliency_colors(surface.saliency)
+    for row in grid:
+        for k, (axis, (method, cell)) in enumerate(row):
             picture = _picture(cell.solution, surface.points, colors, com_S)
-            axis.imshow(render(picture, size=CELL, bounds=bounds, zoom=1.2))
+            axis.imshow(render(picture, size=CELL, bounds=bounds))
             axis.set_title(cell.caption, fontsize=9)
-    axes[0, 0].set_title("shown once", fontsize=9)
+            if k == 0 or skill is None:
+                axis.text(
+                    0.0, 0.0, method, transform=axis.transAxes, fontsize=12, weight="bold",
+                    color=METHOD_COLORS.get(method, "black"),
+                )  # fmt: skip
     return save_figures(drawing, stem, dpi=120)
 
 
@@ -99,7 +106,7 @@ def _picture(solution: Solution, points: Array, colors: Array, com_S: Sequence[f
 
 def _saliency_colors(saliency: Array) -> Array:
     dark = np.clip(saliency / 1.0, 0.0, 1.0)[:, None]
-    return (1.0 - dark) * (np.array(GREY) * 0.5 + 0.5) + dark * np.array(BLACK)
+    return (1.0 - dark) * (np.array(GREY) * 0.7 + 0.3) + dark * np.array(BLACK)
 
 
 def _bounds(points: Array, rows: Mapping[str, Sequence[GalleryCell]]) -> tuple[Array, Array]:

@@ -9,7 +9,7 @@ from drake_aerial.drawing.plots import save_figure
 from drake_aerial.files import replacing
 
 FIGURES = "figures"
-_COLORS = 128
+_COLORS = 256
 
 
 def save_figures(drawing: Any, stem: Path, dpi: int) -> Path:
@@ -31,7 +31,7 @@ def save_figures(drawing: Any, stem: Path, dpi: int) -> Path:
     save_figure(drawing, png, dpi=dpi)
     with Image.open(png) as image:
         # Few colours are in use: a palette takes a third of the bytes.
-        small = image.convert("RGB").quantize(_COLORS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+        small = image.convert("RGB").quantize(_COLORS, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
     with replacing(png) as temporary:
         small.save(temporary, format="PNG", optimize=True)
     return png

@@ -9,7 +9,7 @@ from drake_aerial.study.quantities import METHOD_COLORS
 
 STYLE = """
 h3 { font-size: 1rem; margin-bottom: .3rem; } td, th { vertical-align: top; } td.l, th.l { text-align: left; }
-td { font-variant-numeric: tabular-nums; } .wide { margin: .6rem 0; }
+td { font-variant-numeric: tabular-nums; white-space: nowrap; } td.l { white-space: normal; } th { line-height: 1.25; } .wide { margin: .6rem 0; }
 .badge { border-radius: 1rem; padding: .05rem .55rem; font-size: .85rem; display: inline-block; }
 .yes { background: #dafbe1; color: #0b5324; } .part { background: #fff4c2; color: #6b4400; } .no { background: #ffe3df; color: #8f1322; }
 .none { background: #eaeef2; color: #424a53; } .bad { color: #8f1322; font-size: .85rem; }

@@ -47,7 +47,12 @@ class ReportSummary:
     timing: dict[str, float] = field(default_factory=dict)
 
     def __str__(self) -> str:
-        return "\n".join([*self.lines, f"open {self.page}"])
+        took = [
+            f"{name}: {self.timing[f'{name}_wall_s']:.1f} s, {self.timing[f'{name}_cpu_s']:.1f} s of processor time"
+            for name in ("transfers", "flights")
+            if f"{name}_cpu_s" in self.timing
+        ]
+        return "\n".join([*self.lines, *took, f"open {self.page}"])
 
 
 def write_report(folder: str | Path, *, progress: Progress | None = None) -> ReportSummary:
@@ -138,7 +143,7 @@ def _caption(members: list[Record]) -> str:
     values = [v for v in (value_of(record, quantity.key) for record in members) if v is not None]
     moved = max([m for m in members[0].get("moved_m") or [] if m] or [0.0])
     off = "" if offset is None else f"{100 * offset:.1f} cm off"
-    flew = f"flew {quantity.write(sum(values) / len(values))} cm" if values else "failed"
+    flew = f"{quantity.write(sum(values) / len(values))} cm RMS" if values else "failed"
     note = f"\nmoved {100 * moved:.0f} cm" if moved > 1e-3 else ""
     return f"{off}, {flew}{note}".lstrip(", ")
 

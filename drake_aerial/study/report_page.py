@@ -236,7 +236,8 @@ def _claims(claims: Sequence[Claim]) -> list[str]:
         cells = [badge(claim.verdicts[s]) if s in claim.verdicts else "" for s in subjects]
         others = [word for s, word in claim.verdicts.items() if s not in subjects]
         if others:
-            cells = [badge(others[0])] + [""] * (len(subjects) - 1)
+            subject = next(s for s in claim.verdicts if s not in subjects)
+            cells = [f"{method_name(subject)}<br>{badge(others[0])}"] + [""] * (len(subjects) - 1)
         rows.append([f'<a href="#claim-{index}">{index}</a>', html.escape(claim.text), *cells])
     parts = [
         "Every verdict is computed from the records by a rule that stands with the claim below. <i>Undecided</i> means that the interval "
@@ -244,7 +245,8 @@ def _claims(claims: Sequence[Claim]) -> list[str]:
         table(["", "the paper's claim", *map(method_name, subjects)], rows, left=2 + len(subjects)),
     ]
     for index, claim in enumerate(claims, 1):
-        open_ = any(word != "holds" for word in claim.verdicts.values())
+        # What needs an explanation is open.
+        open_ = any(word not in ("holds", "not tested") for word in claim.verdicts.values())
         parts.append(_claim_details(index, claim, open_))
     return parts
 

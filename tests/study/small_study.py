@@ -15,7 +15,18 @@ METRICS = {
 }
 
 
-def record(condition, method, solution, trial, rmse, *, belief="below_contact", inertia="table", outcome="completed", offset=0.1):
+def record(
+    condition,
+    method,
+    solution,
+    trial,
+    rmse,
+    *,
+    belief="below_contact",
+    inertia="table",
+    outcome="completed",
+    offset=0.1,
+):
     """One line: every error is a multiple of the position's."""
     flew = outcome != "not_flown"
     metrics = {key: factor * rmse for key, factor in METRICS.items()} if flew else None
@@ -26,7 +37,8 @@ def record(condition, method, solution, trial, rmse, *, belief="below_contact", 
     return {
         "schema": "drake_aerial/study_record",
         "version": 1,
-        "key": f"{condition}{method}{belief}{inertia}{solution}{trial}".encode().hex()[-24:] + f"{abs(hash_of(condition, method, belief)):06x}",
+        "key": f"{condition}{method}{belief}{inertia}{solution}{trial}".encode().hex()[-24:]
+        + f"{abs(hash_of(condition, method, belief)):06x}",
         "condition": condition,
         "method": method,
         "belief": belief,
@@ -101,5 +113,7 @@ def method_study(rng, *, conditions=("A", "B"), solutions=5, trials=4, ratio=3.0
                     crashed = method == "kopicki" and solution == 2 and trial == 0
                     rmse = contact * rng.uniform(0.95, 1.05)
                     outcome = "crashed" if crashed else "completed"
-                    records.append(record(condition, method, solution, trial, rmse, outcome=outcome, offset=contact * 4))
+                    records.append(
+                        record(condition, method, solution, trial, rmse, outcome=outcome, offset=contact * 4)
+                    )
     return records
