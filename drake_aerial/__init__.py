@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from drake_aerial.study.campaign import StudySummary, run_study
     from drake_aerial.study.conditions import Condition
     from drake_aerial.study.plan import StudyPlan
+    from drake_aerial.study.report import write_report
     from drake_aerial.transferring.program import ContactProgram
     from drake_aerial.transferring.refinement import refine
     from drake_aerial.transferring.solutions import ContactSolutions
@@ -80,6 +81,7 @@ _HOMES = {
     "run_study": "study.campaign",
     "transfer": "transferring.transfer",
     "write_diagram_picture": "transport.diagram_picture",
+    "write_report": "study.report",
 }
 
 __all__ = [
@@ -120,6 +122,7 @@ __all__ = [
     "run_study",
     "transfer",
     "write_diagram_picture",
+    "write_report",
 ]
 
 

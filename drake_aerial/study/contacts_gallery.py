@@ -15,7 +15,7 @@ from drake_aerial.drawing.plots import figure
 from drake_aerial.drawing.rendering import render
 from drake_aerial.geometry import Array
 from drake_aerial.study.figure_files import save_figures
-from drake_aerial.study.quantities import METHOD_COLORS
+from drake_aerial.study.quantities import method_color
 from drake_aerial.study.saliency import SalientSurface
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ def draw_gallery(
             if k == 0 or skill is None:
                 axis.text(
                     0.0, 0.0, method, transform=axis.transAxes, fontsize=12, weight="bold",
-                    color=METHOD_COLORS.get(method, "black"),
+                    color=method_color(method),
                 )  # fmt: skip
     return save_figures(drawing, stem, dpi=120)
 

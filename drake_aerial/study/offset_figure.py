@@ -9,7 +9,7 @@ import numpy as np
 
 from drake_aerial.drawing.plots import figure
 from drake_aerial.study.figure_files import save_figures
-from drake_aerial.study.quantities import BY_KEY, METHOD_COLORS, METHOD_MARKS, METHOD_ORDER, position
+from drake_aerial.study.quantities import BY_KEY, METHOD_MARKS, METHOD_ORDER, method_color, position
 from drake_aerial.study.statistics import Group, Record, by_solution, failed, flown, value_of
 
 ROWS = ("position_rmse_m", "attitude_rmse_rad")
@@ -50,7 +50,7 @@ def draw_offsets(stem: Path, groups: Mapping[Group, Sequence[Record]], inertia: 
                 if group.belief != belief:
                     continue
                 mark = {
-                    "color": METHOD_COLORS.get(group.method, "black"),
+                    "color": method_color(group.method),
                     "marker": METHOD_MARKS.get(group.method, "o"),
                 }
                 good = [(100 * x, quantity.factor * value) for x, v, _ in found if (value := v[key]) is not None]
@@ -67,9 +67,7 @@ def draw_offsets(stem: Path, groups: Mapping[Group, Sequence[Record]], inertia: 
     for axis in axes[-1]:
         axis.set_xlabel("contact's distance from above the centre of mass [cm]")
     handles = [
-        axes[0, 0].plot(
-            [], [], ls="none", marker=METHOD_MARKS.get(m, "o"), color=METHOD_COLORS.get(m, "black"), mew=0, label=m
-        )[0]
+        axes[0, 0].plot([], [], ls="none", marker=METHOD_MARKS.get(m, "o"), color=method_color(m), mew=0, label=m)[0]
         for m in methods
     ]
     drawing.legend(handles=handles, loc="outside upper center", ncols=len(handles), frameon=False)

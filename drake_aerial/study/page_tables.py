@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 from collections.abc import Sequence
 
-from drake_aerial.study.quantities import METHOD_COLORS
+from drake_aerial.study.quantities import method_color
 
 STYLE = """
 h3 { font-size: 1rem; margin-bottom: .3rem; } td, th { vertical-align: top; } td.l, th.l { text-align: left; }
@@ -22,7 +22,7 @@ figure.wide-figure img { max-width: none; width: 100%; min-width: 46rem; }
 
 def method_name(method: str) -> str:
     """Return a method's name with its colour."""
-    return f'<span class="method" style="--c:{METHOD_COLORS.get(method, "#000000")}">{html.escape(method)}</span>'
+    return f'<span class="method" style="--c:{method_color(method)}">{html.escape(method)}</span>'
 
 
 def badge(word: str) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 
 from drake_aerial.drawing.plots import figure
 from drake_aerial.study.figure_files import save_figures
-from drake_aerial.study.quantities import DEGREES, METHOD_COLORS, METHOD_LINES
+from drake_aerial.study.quantities import DEGREES, METHOD_LINES, method_color
 from drake_aerial.study.timeline import PANELS, Timeline
 
 _TITLES = {
@@ -68,7 +68,7 @@ def _draw(panel: Any, method: str, timeline: Timeline, name: str, factor: float)
     mean = total.sum(axis=0) / np.maximum(count, 1)
     square = np.where(np.isfinite(values), (values - mean) ** 2, 0.0).sum(axis=0)
     std = np.sqrt(square / np.maximum(count - 1, 1))
-    color = METHOD_COLORS.get(method, "#000000")
+    color = method_color(method)
     flights = len(values)
     broken = int(flights - timeline.completed.sum())
     label = f"{method} ({flights} flights{f', {broken} failed' if broken else ''})"

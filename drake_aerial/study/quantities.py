@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import zlib
 from dataclasses import dataclass
 
-# Seven colours that stay apart for every kind of colour vision (Okabe and Ito); one a method, everywhere.
+# Colours that stay apart for every kind of colour vision (Okabe and Ito); one a method, everywhere.
 METHOD_COLORS = {
     "task": "#0072B2",
     "paper": "#009E73",
@@ -91,6 +92,14 @@ QUANTITIES = (
     Quantity("tension_max_N", "cable tension, peak", "N", 1.0, 2),
 )
 BY_KEY = {quantity.key: quantity for quantity in QUANTITIES}
+
+
+_OTHER_COLORS = ("#56B4E9", "#E69F00", "#CC79A7", "#B8A500", "#000000")
+
+
+def method_color(method: str) -> str:
+    """Return the colour of a method, or of contacts that a plan gives by a name of its own."""
+    return METHOD_COLORS.get(method) or _OTHER_COLORS[zlib.crc32(method.encode()) % len(_OTHER_COLORS)]
 
 
 def position(order: tuple[str, ...], name: str) -> tuple[int, str]:

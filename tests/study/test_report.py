@@ -1,8 +1,10 @@
 import json
 import re
+import shutil
 
 import numpy as np
 import pytest
+from PIL import Image
 from scipy import stats
 from small_study import method_study, record, write_study
 
@@ -122,3 +124,22 @@ def test_the_verb_prints_what_was_found_and_what_it_took(tmp_path, capsys):
     assert "1 flights in 1 conditions" in out
     assert "1.5 s of processor time" in out
     assert (tmp_path / "report.html").exists()
+
+
+def test_a_campaigns_folder_gives_pictures_of_contacts_and_the_same_bytes_again(undisturbed, tmp_path):
+    for name in ("one", "two"):
+        shutil.copytree(undisturbed, tmp_path / name)
+        write_report(tmp_path / name)
+    one = all_bytes(tmp_path / "one")
+    assert one == all_bytes(tmp_path / "two")
+    assert {"contacts-A.png", "contacts-H.png", "flights-A-true-table.png", "offset-A.pdf"} <= set(one)
+    with Image.open(tmp_path / "one" / "figures" / "contacts-A.png") as image:
+        colors = np.asarray(image.convert("RGB")).reshape(-1, 3).astype(int)
+    # The quadrotors' blue discs and the contact features' red are there: something was rendered.
+    blue = (colors[:, 2] - colors[:, 0] > 60).sum()
+    red = (colors[:, 0] - colors[:, 2] > 90).sum()
+    assert blue > 500
+    assert red > 20
+    summary = json.loads((tmp_path / "one" / "summary.json").read_text())
+    assert {entry["method"] for entry in summary["saliency_percentile"]} == {"task", "centroid", "corner"}
+    assert not summary["complaints"]
