@@ -97,7 +97,8 @@ class PayloadController(LeafSystem):
         seen = seen._replace(p=filtered[0:3])
         grounded = bool(reference.phases) and reference.phases[0].name == "ground"
         before = context.get_discrete_state(self._phase_index).value()
-        phase = self.take_off.next_phase(model, before, t, seen, grounded)
+        noise = self.position_filter.position_noise
+        phase = self.take_off.next_phase(model, before, t, seen, grounded, noise)
         discrete.get_mutable_vector(self._filter_index).SetFromVector(filtered)
         discrete.get_mutable_vector(self._phase_index).SetFromVector(phase)
         if phase[0] < FlightPhase.FLYING:

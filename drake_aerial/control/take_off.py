@@ -71,7 +71,13 @@ class TakeOff:
         return np.array([-1.0, 0.0] + [0.0] * (3 * n))
 
     def next_phase(
-        self, model: PayloadModelParameters, memory: Array, t: float, seen: Observation, grounded: bool
+        self,
+        model: PayloadModelParameters,
+        memory: Array,
+        t: float,
+        seen: Observation,
+        grounded: bool,
+        noise: float = 0.0,
     ) -> Array:
         """Return the memory after a tick at time t [s].
 
@@ -83,13 +89,17 @@ class TakeOff:
         seen : Observation
         grounded : bool
             Whether the reference begins on the ground; without it, taut cables at the first tick mean flight.
+        noise : float
+            Standard deviation of the payload's position at the first tick, which nothing has filtered yet [m].
         """
         contacts = seen.p + model.p_LC @ seen.R.T
         gap = np.linalg.norm(contacts - seen.p_WQ, axis=1)
         phase, since = int(memory[0]), memory[1]
         taut = bool((gap > model.cable_length - self.slack).all())
         if phase < 0:
-            phase = FlightPhase.FLYING if taut and not grounded else FlightPhase.TIGHTENING
+            # A payload that hangs would fall if one bad sample made its cables look slack.
+            hangs = bool((gap > model.cable_length - self.slack - 5.0 * noise).all())
+            phase = FlightPhase.FLYING if hangs and not grounded else FlightPhase.TIGHTENING
         elif phase == FlightPhase.TIGHTENING:
             calm = np.linalg.norm(seen.v_WQ, axis=1).max() < 0.1
             if not (taut and calm):

@@ -63,6 +63,19 @@ def test_taut_cables_fly_at_once_unless_the_reference_begins_on_the_ground():
         assert take_off.next_phase(model, take_off.begin(1), 0.0, seen, grounded)[0] == expected
 
 
+def test_a_hanging_payload_is_not_dropped_for_one_noisy_sample():
+    model, take_off = random_model(3), TakeOff()
+    begin, l = take_off.begin(model.n), model.cable_length
+    for measured, noise, phase in (
+        (0.03, 0.0, FlightPhase.TIGHTENING),  # an exact sensor says that the cables are slack
+        (0.03, 0.01, FlightPhase.FLYING),  # three standard deviations do not
+        (0.08, 0.01, FlightPhase.TIGHTENING),
+    ):
+        seen = above(model, l - measured)
+        assert take_off.next_phase(model, begin, 0.0, seen, False, noise)[0] == phase
+        assert take_off.next_phase(model, begin, 0.0, seen, True, noise)[0] == FlightPhase.TIGHTENING
+
+
 def test_tension_is_taken_over_in_a_ramp():
     model = PayloadModelParameters(0.3, INERTIA, [[-0.1, 0.0, 0.1], [0.3, 0.0, 0.1]])
     take_off = TakeOff(reach=0.0)
