@@ -11,8 +11,8 @@ from drake_aerial.study.quantities import BELIEF_ORDER, position
 PAPER_CONDITIONS = ("A", "B", "C", "D")
 OURS = ("task", "paper")
 BASELINE = "kopicki"
-FEWEST_SOLUTIONS = 3
-"""A verdict on methods needs at least so many solutions of each: fewer say something about those contacts only."""
+FEWEST_SOLUTIONS = 4
+"""A verdict on methods needs at least so many solutions of each: of three, no interval covers more than three quarters."""
 
 BETTER, WORSE, UNDECIDED, NOT_TESTED = "holds", "reversed", "undecided", "not tested"
 
@@ -116,7 +116,8 @@ class Claim:
 def verdict(findings: Sequence[Finding]) -> str:
     """Return the verdict over conditions and beliefs.
 
-    Within a belief: "holds" if it holds in every condition tested, "holds in A, C only" if in some, "does not hold" if in none.
+    Within a belief: "holds" if it holds in every condition tested, "holds in A, C only" if in some, "undecided" if
+    every interval allows both, "does not hold" otherwise.
     Over beliefs: that, if all agree; "holds under belief X" if it holds in full under X alone; each belief's own otherwise.
     """
     words = {
@@ -139,7 +140,7 @@ def _of_conditions(findings: Sequence[Finding]) -> str:
     if not tested:
         return NOT_TESTED
     if not held:
-        return "does not hold"
+        return UNDECIDED if all(f.outcome == UNDECIDED for f in tested) else "does not hold"
     if len(held) == len(tested):
         return "holds"
     return f"holds in {', '.join(dict.fromkeys(held))} only"

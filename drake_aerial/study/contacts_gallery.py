@@ -26,6 +26,8 @@ CELL = (330, 330)
 _WIDTH = 1.75
 # A dot's radius as a part of the scan's diagonal: the features then close up to a surface.
 _DOT = 0.0048
+# Points darker than this are drawn larger, for a thin rim is lost otherwise.
+_RICH = 0.45
 _COM = (0.85, 0.10, 0.75)
 
 
@@ -85,7 +87,7 @@ def draw_gallery(
             axis.set_title(cell.caption, fontsize=9)
             if k == 0 or skill is None:
                 axis.text(
-                    0.0, 0.0, method, transform=axis.transAxes, fontsize=12, weight="bold",
+                    -0.02, 0.45, method, transform=axis.transAxes, fontsize=12, weight="bold", rotation=90, ha="right", va="center",
                     color=method_color(method),
                 )  # fmt: skip
     return save_figures(drawing, stem, dpi=120)
@@ -94,7 +96,9 @@ def draw_gallery(
 def _picture(solution: Solution, points: Array, colors: Array, com_S: Sequence[float] | None) -> Picture:
     picture = Picture()
     diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
-    picture.add_points(points, color=colors, radius=_DOT * diagonal)
+    rich = colors[:, 0] < _RICH
+    picture.add_points(points[~rich], color=colors[~rich], radius=_DOT * diagonal)
+    picture.add_points(points[rich], color=colors[rich], radius=1.5 * _DOT * diagonal)
     add_formation(picture, solution.X_SG, solution.X_SQ, BLUE)
     if com_S is not None:
         x, y, z = com_S

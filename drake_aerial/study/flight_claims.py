@@ -21,7 +21,7 @@ from drake_aerial.study.claims import (
     paper_conditions,
     verdict,
 )
-from drake_aerial.study.intervals import LEVEL
+from drake_aerial.study.intervals import percentile_limits
 from drake_aerial.study.quantities import BY_KEY
 from drake_aerial.study.statistics import Group, Record, by_solution, compare, flown, spread, stream, value_of
 from drake_aerial.study.timeline import Timeline
@@ -130,10 +130,15 @@ def _mean_finding(group: Group, baseline: Group, groups: Mapping[Group, list[Rec
         outcome,
         figure=(scaled[0], scaled[1], scaled[2]),
         unit=quantity.unit,
-        detail=f"wins {100 * wins[0]:.0f} % of {comparison['pairs']} pairs [{100 * wins[1]:.0f}, {100 * wins[2]:.0f}]; "
+        detail=f"{_ratio_text(comparison)}wins {100 * wins[0]:.0f} % of {comparison['pairs']} pairs [{100 * wins[1]:.0f}, {100 * wins[2]:.0f}]; "
         f"{comparison['pairs_completed']} pairs completed",
         digits=max(quantity.digits, 2),
     )
+
+
+def _ratio_text(comparison: Mapping[str, Any]) -> str:
+    ratio = comparison["ratio"][0]
+    return "" if ratio is None else f"{ratio:.3g} times the baseline's; "
 
 
 def _spread_finding(group: Group, baseline: Group, timelines: Mapping[Group, Timeline], name: str) -> Finding:
@@ -149,13 +154,13 @@ def _spread_finding(group: Group, baseline: Group, timelines: Mapping[Group, Tim
     ]
     if not ours or not theirs:
         return Finding(group.condition, group.belief, group.method, NOT_TESTED, detail="a spread is zero")
-    low, high = np.quantile(our_samples / np.maximum(their_samples, 1e-300), [0.5 * (1 - LEVEL), 0.5 * (1 + LEVEL)])
+    low, high = percentile_limits(our_samples / np.maximum(their_samples, 1e-300), min(map(len, clusters)))
     return Finding(
         group.condition,
         group.belief,
         group.method,
-        outcome_of(float(low), float(high), 1.0),
-        figure=(ours / theirs, float(low), float(high)),
+        outcome_of(low, high, 1.0),
+        figure=(ours / theirs, low, high),
         unit="×",
         detail="",
     )

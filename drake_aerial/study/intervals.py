@@ -17,7 +17,7 @@ from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
 
 LEVEL = 0.95
-RESAMPLES = 2000
+RESAMPLES = 4000
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ def cluster_bootstrap(
     resamples : int
         How many.
     level : float
-        Coverage aimed at. With five clusters a percentile interval covers less than it says; see docs/study.md.
+        Coverage aimed at.
 
     Returns
     -------
@@ -100,8 +100,17 @@ def cluster_bootstrap(
     if len(values) < 2 or not np.isfinite(value):
         return Interval(value if np.isfinite(value) else None, None, None)
     samples = statistic(cluster_weights([len(array) for array in arrays], rng, resamples) @ values)
-    low, high = np.quantile(samples, [0.5 * (1.0 - level), 0.5 * (1.0 + level)])
-    return Interval(value, _finite(low), _finite(high))
+    low, high = percentile_limits(samples, len(arrays) if len(arrays) > 1 else len(values), level)
+    return Interval(value, low, high)
+
+
+def percentile_limits(samples: Array, count: int, level: float = LEVEL) -> tuple[float | None, float | None]:
+    """Return the limits of an expanded percentile interval from bootstrap samples (B,) of `count` independent things; None where not finite."""
+    from scipy.special import ndtr, stdtrit
+
+    tail = float(ndtr(np.sqrt(count / (count - 1.0)) * stdtrit(count - 1, 0.5 * (1.0 - level))))
+    low, high = np.quantile(samples, [tail, 1.0 - tail])
+    return _finite(low), _finite(high)
 
 
 def wilson(failures: int, attempts: int, level: float = LEVEL) -> Interval:

@@ -79,15 +79,21 @@ def _draw(panel: Any, method: str, timeline: Timeline, name: str, factor: float)
     panel.fill_between(
         timeline.time, (mean - std).clip(min=0.0), mean + std, where=banded, color=color, alpha=0.16, lw=0, zorder=2
     )
+    # Where a failed flight leaves the mean.
+    for flight in values[~timeline.completed]:
+        last = np.flatnonzero(np.isfinite(flight))
+        if len(last):
+            panel.plot(timeline.time[last[-1]], mean[last[-1]], color=color, marker="x", ms=7, mew=1.8, zorder=4)
     scored = there & (timeline.time > 0.2)
-    return float((mean + std)[scored].max(initial=0.0))
+    # A flight out of control would hide all others.
+    return float(np.quantile((mean + std)[scored], 0.97)) if scored.any() else 0.0
 
 
 def _limit(panel: Any, name: str, tops: list[float]) -> None:
     """Show the scored time whole; a jerk of the lift may leave the panel."""
     if name == "thrust":
         return
-    panel.set_ylim(0.0, 1.08 * max(tops) if max(tops) > 0 else None)
+    panel.set_ylim(0.0, 1.15 * max(tops) if max(tops) > 0 else None)
 
 
 def _phases(panel: Any, timeline: Timeline) -> None:

@@ -31,7 +31,7 @@ SEED = 20221
 
 FORMULAS = {
     "mean, std, median": "over completed flights of the group; std is the sample standard deviation (divisor n - 1)",
-    "interval": f"{100 * LEVEL:.0f} % percentile interval of the mean, two-stage bootstrap ({RESAMPLES} resamples): solutions are drawn "
+    "interval": f"{100 * LEVEL:.0f} % expanded percentile interval of the mean, two-stage bootstrap ({RESAMPLES} resamples): solutions are drawn "
     "with replacement, then flights within each drawn solution, since flights of one solution share its contact",
     "median_all": "median over all flights, a failed one counting as worse than every completed one; null where that median is a failure",
     "failure_rate": "failed (dropped, crashed, diverged) over flown, with Wilson's interval; it takes flights as independent, "

@@ -68,6 +68,17 @@ class StudyFiles:
         known = self.conditions.get(condition, {})
         return str(known.get("title") or known.get("description") or condition)
 
+    def phases(self, condition: str) -> dict[str, tuple[float, float]]:
+        """Return when a condition's trajectory goes through which phase: name to (start, end) [s]; empty if it is not known."""
+        from drake_aerial.control.trajectory_files import read_trajectory, trajectory_from_dict
+
+        given = self.conditions.get(condition, {}).get("trajectory")
+        try:
+            trajectory = trajectory_from_dict(given) if isinstance(given, dict) else read_trajectory(str(given))
+        except InputError:
+            return {}
+        return {phase.name: (phase.start, phase.end) for phase in trajectory.phases}
+
     def contacts(self, condition: str, method: str) -> ContactSolutions | None:
         """Return the contacts as transferred, or None."""
         from drake_aerial.transferring.solutions import ContactSolutions

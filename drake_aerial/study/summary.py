@@ -107,7 +107,9 @@ def summarize_study(files: StudyFiles, records: Sequence[Record], complaints: Se
     """
     groups = groups_of(records, tuple(files.conditions))
     conditions = tuple(dict.fromkeys(group.condition for group in groups))
-    timelines = {group: read_timeline(files.folder, members) for group, members in groups.items()}
+    timelines = {
+        group: read_timeline(files.folder, members, files.phases(group.condition)) for group, members in groups.items()
+    }
     missing = sum(timeline.missing for timeline in timelines.values())
     surfaces = {name: surface for name in conditions if (surface := _surface(files, name)) is not None}
     saliency = _saliency(groups, surfaces)

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -48,18 +47,15 @@ class Timeline:
     missing: int
 
     def clusters(self, name: str) -> list[Array]:
-        """Return completed flights over the scored time, one (m_k, T') array a solution; flights with gaps there are left out."""
-        scored = (self.time >= 0.0) & (self.time <= self._scored_end() + 1e-9)
-        rows = self.values[name][:, scored]
-        whole = self.completed & np.isfinite(rows).all(axis=1)
-        return [rows[whole & (self.solution == rank)] for rank in np.unique(self.solution[whole])]
-
-    def _scored_end(self) -> float:
-        # A sample less than what was flown: the last falls on either side of a step.
-        return max((end for start, end in self.phases.values()), default=0.0) - STEP
+        """Return completed flights over the scored time that all of them have, one (m_k, T') array a solution."""
+        rows, solution = self.values[name][self.completed], self.solution[self.completed]
+        scored = (self.time >= 0.0) & np.isfinite(rows).all(axis=0)
+        return [rows[solution == rank][:, scored] for rank in np.unique(solution)] if scored.any() else []
 
 
-def read_timeline(folder: Path, records: Sequence[Record]) -> Timeline:
+def read_timeline(
+    folder: Path, records: Sequence[Record], phases: Mapping[str, tuple[float, float]] | None = None
+) -> Timeline:
     """Return the flights of one group over time.
 
     Parameters
@@ -68,7 +64,10 @@ def read_timeline(folder: Path, records: Sequence[Record]) -> Timeline:
         The study's; the series are in `series/<key>.npz`.
     records : sequence of dict
         Of the group.
+    phases : mapping, optional
+        Name to (start, end) [s] of the trajectory's phases; without them time starts at the first phase after the lift.
     """
+    phases = phases or {}
     flights, missing = [], 0
     for rank, members in by_solution(flown(records)).items():
         for record in members:
@@ -80,7 +79,7 @@ def read_timeline(folder: Path, records: Sequence[Record]) -> Timeline:
     if not flights:
         empty = {name: np.zeros((0, 0)) for name in PANELS}
         return Timeline(np.zeros(0), empty, np.zeros(0, int), np.zeros(0, bool), {}, missing)
-    starts = [_start(record, series) for _, record, series in flights]
+    starts = [_start(phases, series) for _, _, series in flights]
     first = min(series["time"][_carried(series)] - start for (_, _, series), start in zip(flights, starts))
     last = max(series["time"][-1] - start for (_, _, series), start in zip(flights, starts))
     time = STEP * np.arange(np.floor(first / STEP), np.ceil(last / STEP) + 1)
@@ -90,7 +89,12 @@ def read_timeline(folder: Path, records: Sequence[Record]) -> Timeline:
     }
     completed = np.array([record["outcome"] == "completed" for _, record, _ in flights])
     return Timeline(
-        time, values, np.array([rank for rank, _, _ in flights]), completed, _phases(flights, starts), missing
+        time,
+        values,
+        np.array([rank for rank, _, _ in flights]),
+        completed,
+        {name: (begin - starts[0], end - starts[0]) for name, (begin, end) in phases.items()},
+        missing,
     )
 
 
@@ -112,21 +116,11 @@ def _carried(series: dict[str, Array]) -> int:
     return int(np.argmax(series["phase"] >= 2)) if (series["phase"] >= 2).any() else 0
 
 
-def _start(record: Record, series: dict[str, Array]) -> float:
-    phases = (record["metrics"] or {}).get("phases") or {}
+def _start(phases: Mapping[str, tuple[float, float]], series: dict[str, Array]) -> float:
     if "circle" in phases:
         return float(phases["circle"][0])
-    later = [start for name, (start, _) in phases.items() if name not in _TAKE_OFF]
-    return float(min(later)) if later else float(series["time"][0])
-
-
-def _phases(flights: Sequence[Any], starts: Sequence[float]) -> dict[str, tuple[float, float]]:
-    phases: dict[str, tuple[float, float]] = {}
-    for (_, record, _), start in zip(flights, starts):
-        for name, (begin, end) in ((record["metrics"] or {}).get("phases") or {}).items():
-            if record["outcome"] == "completed" and name not in phases:
-                phases[name] = (float(begin) - start, float(end) - start)
-    return phases
+    flying = series["phase"] >= len(_TAKE_OFF)
+    return float(series["time"][np.argmax(flying)])
 
 
 def _resample(time: Array, series: dict[str, Array], start: float, name: str) -> Array:

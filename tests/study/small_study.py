@@ -33,7 +33,6 @@ def record(
     if metrics is not None:
         metrics |= {"position_rmse_m": rmse, "thrust_mean_N": 4.9 + rmse, "thrust_max_N": 6.0, "tension_max_N": 3.0}
         metrics |= {"slack_fraction": 0.0, "saturated_fraction": 0.0}
-        metrics["phases"] = {"lifting": [1.0, 3.0], "circle": [3.0, 15.0], "hover": [15.0, 20.0]}
     return {
         "schema": "drake_aerial/study_record",
         "version": 1,

@@ -6,14 +6,29 @@ from drake_aerial.errors import InputError
 from drake_aerial.study.intervals import cluster_bootstrap, cluster_weights, wilson
 
 
+def scipys(values, rng):
+    """SciPy's percentile interval at the level that makes a normal sample's interval Student's."""
+    n = len(values)
+    level = 1.0 - 2.0 * stats.norm.cdf(np.sqrt(n / (n - 1)) * stats.t.ppf(0.025, n - 1))
+    return stats.bootstrap(
+        (values,), np.mean, method="percentile", n_resamples=9000, confidence_level=level, rng=rng
+    ).confidence_interval
+
+
 def test_clusters_of_one_are_the_ordinary_bootstrap():
     values = np.random.default_rng(1).normal(3.0, 2.0, 40)
-    ours = cluster_bootstrap([[v] for v in values], np.random.default_rng(2), resamples=6000)
-    theirs = stats.bootstrap((values,), np.mean, method="percentile", n_resamples=6000, rng=np.random.default_rng(3))
+    ours = cluster_bootstrap([[v] for v in values], np.random.default_rng(2), resamples=9000)
     assert ours.value == pytest.approx(values.mean())
-    np.testing.assert_allclose(
-        [ours.low, ours.high], theirs.confidence_interval, atol=0.06 * theirs.confidence_interval.low
-    )
+    np.testing.assert_allclose([ours.low, ours.high], scipys(values, np.random.default_rng(3)), atol=0.06)
+
+
+def test_five_solutions_of_ten_flights_cover_as_often_as_they_say():
+    rng, hits, runs = np.random.default_rng(0), 0, 400
+    for _ in range(runs):
+        clusters = [mean + 0.3 * rng.normal(size=10) for mean in rng.normal(size=5)]
+        interval = cluster_bootstrap(clusters, rng, resamples=1000)
+        hits += interval.low <= 0.0 <= interval.high
+    assert 0.91 < hits / runs < 0.99
 
 
 def test_the_interval_knows_that_flights_of_one_solution_are_alike():
@@ -22,7 +37,7 @@ def test_the_interval_knows_that_flights_of_one_solution_are_alike():
     clusters = [rng.normal(mean, 0.01, 10) for mean in level]
     interval = cluster_bootstrap(clusters, np.random.default_rng(5), resamples=3000)
     # The exact variance of a mean over two stages: between solutions, plus (here negligible) within.
-    expected = stats.norm.ppf(0.975) * np.std([c.mean() for c in clusters]) / np.sqrt(20)
+    expected = stats.t.ppf(0.975, 19) * np.std([c.mean() for c in clusters], ddof=1) / np.sqrt(20)
     assert 0.5 * (interval.high - interval.low) == pytest.approx(expected, rel=0.08)
     alike = cluster_bootstrap([[v] for c in clusters for v in c], np.random.default_rng(5))
     assert interval.high - interval.low > 2.5 * (alike.high - alike.low)
