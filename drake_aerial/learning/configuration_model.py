@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -43,6 +43,8 @@ class ConfigurationModel:
         Decay with the squared distance of a quadrotor from its demonstrated place [1/m^2].
     axial : bool
         Whether only the grippers' z axes are compared.
+    vertical : float
+        Weight of differences in height beside horizontal ones: sigma_p over their own bandwidth.
     """
 
     X_FG: Pose
@@ -52,6 +54,7 @@ class ConfigurationModel:
     sigma_q: float
     alpha: float
     axial: bool
+    vertical: float = 1.0
 
     def __len__(self) -> int:
         return len(self.cable_length)
@@ -79,6 +82,12 @@ class ConfigurationModel:
             alpha,
             axial,
         )
+
+    def raised(self, stretch: float, vertical: float) -> ConfigurationModel:
+        """Return the model with the grippers' heights in F multiplied by `stretch`, and the weight `vertical`."""
+        p_FG = self.X_FG.p * [1.0, 1.0, stretch]
+        p_FQ = self.p_FQ + p_FG - self.X_FG.p
+        return replace(self, X_FG=Pose(p_FG, self.X_FG.q), p_FQ=p_FQ, vertical=vertical)
 
     @property
     def cable_direction(self) -> Array:
@@ -130,7 +139,8 @@ class ConfigurationModel:
         p_FG = rotate(q_FN, X_NG.p - origin[..., None, :])
         q_FG = quat_multiply(q_FN, X_NG.q)
         reference = self.X_FG.p * np.asarray(scale, float)[..., None, None]
-        terms = kernels.log_gaussian(p_FG, reference, self.sigma_p)
+        weight = np.array([1.0, 1.0, self.vertical])
+        terms = kernels.log_gaussian(weight * p_FG, weight * reference, self.sigma_p) + np.log(self.vertical)
         if self.axial:
             terms = terms + kernels.log_axis(axis_of(q_FG, 2), axis_of(self.X_FG.q, 2), self.sigma_q)
         else:

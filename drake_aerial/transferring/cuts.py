@@ -65,17 +65,23 @@ class Cuts:
         count = np.maximum(band.sum(axis=0), 1)
         faces = (features.normal[:, :2] @ t.T > _TOWARDS) & ~features.rim[:, None]
         ends = (outward_direction(features)[:, :2] @ t.T > _TOWARDS) & features.rim[:, None]
-        closed = (band & faces).sum(axis=0) / count >= _CLOSED
-        ended = (band & ends).sum(axis=0) / count >= _ENDED
+        closing, ending = ((band & part).sum(axis=0) / count for part in (faces, ends))
         visible = np.ones(_DIRECTIONS, bool)
         if viewpoint is not None:
             centre = band.T.astype(float) @ features.p[:, :2] / count[:, None]
             visible = np.sum((viewpoint[:2] - centre) * t, axis=1) > 0.0
-        shown = closed.mean() >= _SIDES_SHOWN
-        return cls(~closed & ended & visible & shown)
+        shown = np.mean(closing >= _CLOSED) >= _SIDES_SHOWN
+        # Beams that run into a cut show their sides there as well.
+        return cls((ending >= _ENDED) & (ending > closing) & visible & shown)
 
     def __bool__(self) -> bool:
         return bool(self.flags.any())
+
+    def along(self) -> np.ndarray:
+        """Return the unit horizontal direction (2,) that the cuts share most, forwards or backwards."""
+        angle = 2.0 * np.pi * np.flatnonzero(self.flags) / _DIRECTIONS
+        doubled = 0.5 * np.angle(np.sum(np.exp(2.0j * angle)))
+        return np.array([np.cos(doubled), np.sin(doubled)])
 
     def towards(self, t: ArrayLike) -> np.ndarray:
         """Return whether the scan is cut in the unit directions t (..., 2), shape (...)."""

@@ -31,6 +31,9 @@ class Evidence:
         The votes in hull coordinates; None for methods without.
     scale : str
         Scale mode that the votes used.
+    chains : Pose or None
+        Where annealing ended, likeliest first, in N, batch (chains, n): what further seeds of a refinement are drawn
+        from. None for `centroid`.
     """
 
     X_SN: Pose
@@ -39,6 +42,7 @@ class Evidence:
     likelihood: ContactLikelihood | None
     votes: HullVotes | None
     scale: str
+    chains: Pose | None = None
 
     @property
     def features_S(self) -> SurfaceFeatures:

@@ -9,14 +9,19 @@ import numpy as np
 from drake_aerial.geometry import Array, Pose, quat_about_axis, rotate
 from drake_aerial.learning.configuration_model import ConfigurationModel
 from drake_aerial.learning.hull import HorizontalHull
+from drake_aerial.transferring.cuts import Cuts
 from drake_aerial.transferring.hull_votes import HullVotes
 from drake_aerial.transferring.query_density import Query
 
 # Weight gamma of the votes in J. Their density is blurred by the features' own spread, so that its log is shallow:
-# one vote's weight leaves the contact to the noise of the local surface.
-GAMMA = 3.0
+# one vote's weight leaves the contact to the noise of the local surface. Several grippers bring several such noises.
+GAMMA, GAMMA_FORMATION = 3.0, 6.0
 # Smallest scale of a formation that is considered.
 SMALLEST_SCALE = 0.05
+# Spread of the log of a scale that was read off one direction alone.
+_PROPORTIONS = 0.05
+# How far the yaw of the votes may be off [rad].
+_YAW_DOUBT = np.deg2rad(20.0)
 # Yaws at which hulls are compared, where no votes say which.
 _YAWS = 72
 _Z = np.array([0.0, 0.0, 1.0])
@@ -36,15 +41,25 @@ class ScalePrior:
     sigma: float
 
     @classmethod
-    def of_hulls(cls, new: HorizontalHull, old: HorizontalHull, yaw: float, p_FG: Array | None = None) -> ScalePrior:
+    def of_hulls(
+        cls,
+        new: HorizontalHull,
+        old: HorizontalHull,
+        yaw: float,
+        p_FG: Array | None = None,
+        cuts: Cuts | None = None,
+    ) -> ScalePrior:
         """Return the mean and spread over direction of log(h_new / h_old), the old hull turned by `yaw` [rad].
 
         A direction counts by the moment of the demonstrated grippers p_FG (n, 3) [m] along it, if they are given: how
         much wider a bar is says nothing about grippers in line. A regular formation weighs all directions alike.
+        Where the new scan has `cuts`, the widths across them are compared, which they do not shorten.
         """
         angle = np.linspace(0.0, 2.0 * np.pi, 180, endpoint=False)
         t_old = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
         t_new = np.stack([np.cos(angle + yaw), np.sin(angle + yaw)], axis=-1)
+        if cuts:
+            return cls(_log_ratio_across(cuts, new, old, yaw), _PROPORTIONS)
         log_ratio = np.log(new.support(t_new) / old.support(t_old))
         weight = np.ones(len(angle)) if p_FG is None else np.sum((p_FG[:, :2] @ t_old.T) ** 2, axis=0)
         if not weight.sum() > 1e-12:
@@ -54,10 +69,25 @@ class ScalePrior:
         return cls(mean, max(spread, 0.02))
 
     @classmethod
-    def of_best_yaw(cls, new: HorizontalHull, old: HorizontalHull, p_FG: Array | None = None) -> ScalePrior:
+    def of_best_yaw(
+        cls, new: HorizontalHull, old: HorizontalHull, p_FG: Array | None = None, cuts: Cuts | None = None
+    ) -> ScalePrior:
         """Return `of_hulls` at the yaw where the two hulls are most alike: the one of the smallest spread."""
         yaws = np.linspace(0.0, 2.0 * np.pi, _YAWS, endpoint=False)
-        return min((cls.of_hulls(new, old, float(yaw), p_FG) for yaw in yaws), key=lambda prior: prior.sigma)
+        best = min(yaws, key=lambda yaw: cls.of_hulls(new, old, float(yaw), p_FG).sigma)
+        return cls.of_hulls(new, old, float(best), p_FG, cuts)
+
+
+def _log_ratio_across(cuts: Cuts, new: HorizontalHull, old: HorizontalHull, yaw: float) -> float:
+    """Return the log of the ratio of widths across the cuts, where the object is whole; along them the demonstrated
+    proportions complete it. The narrowest nearby count: the yaw is known within some degrees, and a box that is turned
+    by those is wider.
+    """
+    x, y = cuts.along()
+    angle = np.arctan2(x, -y) + np.linspace(-_YAW_DOUBT, _YAW_DOUBT, 21)
+    found = new.width(np.column_stack([np.cos(angle), np.sin(angle)])).min()
+    taught = old.width(np.column_stack([np.cos(angle - yaw), np.sin(angle - yaw)])).min()
+    return float(np.log(found / taught))
 
 
 class ContactLikelihood:
@@ -83,8 +113,9 @@ class ContactLikelihood:
         prior: ScalePrior,
     ):
         self.configuration, self.queries, self.votes, self.prior = configuration, queries, votes, prior
-        self.gamma = GAMMA
-        self._spread = float(np.sum(configuration.X_FG.p**2))
+        self.gamma = GAMMA if len(queries) == 1 else GAMMA_FORMATION
+        self._weight = np.array([1.0, 1.0, configuration.vertical**2])
+        self._spread = float(np.sum(self._weight * configuration.X_FG.p**2))
 
     def __call__(self, X_NG: Pose, coarse: bool = False) -> Array:
         """Return log J (...) of gripper poses X_NG (..., n); quadrotors hang their cables as demonstrated.
@@ -108,14 +139,16 @@ class ContactLikelihood:
         if self._spread < 1e-12:
             return np.full(np.shape(yaw), mean)
         turned = rotate(quat_about_axis(_Z, yaw)[..., None, :], self.configuration.X_FG.p)
-        overlap = np.sum(turned * (X_NG.p - origin[..., None, :]), axis=(-1, -2))
+        overlap = np.sum(self._weight * turned * (X_NG.p - origin[..., None, :]), axis=(-1, -2))
         trust = 1.0 / self.configuration.sigma_p**2
         prior = 1.0 / (self.prior.sigma * mean) ** 2
         return np.maximum((overlap * trust + prior * mean) / (self._spread * trust + prior), SMALLEST_SCALE)
 
     @property
     def scale_slope(self) -> float:
-        """Derivative [1/m^2] of an unbounded `scale` by the overlap sum_n R_z(yaw) p_FGn . (p_NGn - origin)."""
+        """Derivative [1/m^2] of an unbounded `scale` by the overlap sum_n R_z(yaw) p_FGn . (p_NGn - origin),
+        heights by their weight.
+        """
         mean, trust = np.exp(self.prior.log_mean), 1.0 / self.configuration.sigma_p**2
         if self._spread < 1e-12:
             return 0.0

@@ -36,7 +36,9 @@ class ConfigurationFactor:
         self._likelihood, self._model, self._frames = likelihood, likelihood.configuration, frames
         n, sigma_q = len(self._model), self._model.sigma_q
         rotation = kernels.axis_log_norm(sigma_q) if self._model.axial else kernels.theta_log_norm(sigma_q)
-        self._log_norm = n * (kernels.gaussian_log_norm(3, self._model.sigma_p) + rotation)
+        self._log_norm = n * (
+            kernels.gaussian_log_norm(3, self._model.sigma_p) + np.log(self._model.vertical) + rotation
+        )
 
     def __call__(self, X_NG: Pose) -> tuple[float, Array, Array]:
         """Return the logarithm and its gradients by p and w, (n, 3) each."""
@@ -44,12 +46,13 @@ class ConfigurationFactor:
         frame = self._frames(X_NG)
         offset, reference = X_NG.p - frame.origin, frame.turned(model.X_FG.p)
         scale = float(self._likelihood.scale(X_NG, frame.origin, np.asarray(frame.yaw)))
-        trust = 1.0 / model.sigma_p**2
+        weight = np.array([1.0, 1.0, model.vertical**2])
+        trust = weight / model.sigma_p**2
 
         miss = offset - scale * reference
-        value = self._log_norm - 0.5 * trust * float(np.sum(miss**2))
+        value = self._log_norm - 0.5 * float(np.sum(trust * miss**2))
         by_offset = -trust * miss
-        by_yaw = trust * scale * float(np.sum(miss * about_z(reference)))
+        by_yaw = scale * float(np.sum(trust * miss * about_z(reference)))
         log_theta, by_w = self._rotation(X_NG.q, frame)
         value += log_theta
         # Turning the reference is turning the grippers the other way.
@@ -58,9 +61,9 @@ class ConfigurationFactor:
         if len(model) > 1:
             log_ratio = np.log(scale) - prior.log_mean
             value -= 0.5 * (log_ratio / prior.sigma) ** 2
-            by_scale = trust * float(np.sum(miss * reference)) - log_ratio / (prior.sigma**2 * scale)
+            by_scale = float(np.sum(trust * miss * reference)) - log_ratio / (prior.sigma**2 * scale)
             slope = by_scale * self._scale_slope(scale)
-            by_offset = by_offset + slope * reference
+            by_offset = by_offset + slope * weight * reference
             by_yaw += slope * float(np.sum(offset * about_z(reference)))
         by_p = by_offset - by_offset.mean(axis=0) + by_yaw * frame.yaw_by_p
         return value, by_p, by_w + by_yaw * frame.yaw_by_w

@@ -23,6 +23,8 @@ from drake_aerial.transferring.solutions import ContactSolutions, Solution
 _CONSIDERED, _TRIED = 150, 30
 # Most major iterations of the solver; nearly all programs end within 20.
 _ITERATIONS = 40
+# Further seeds that are tried, for each solution wanted, where several end at the same place.
+_FURTHER = 3
 
 
 def refine(
@@ -33,6 +35,7 @@ def refine(
     solver: str = "snopt",
     reach: float = REACH,
     merge: bool = True,
+    top: int | None = None,
     progress: Callable[[float, str], None] | None = None,
 ) -> ContactSolutions:
     """Improve the solutions of a transfer by local optimisation (DESIGN 4.4, MathematicalProgram).
@@ -54,8 +57,11 @@ def refine(
     reach : float
         How far a contact may move from its seed along each axis [m].
     merge : bool
-        Whether seeds that end at the same place are returned once, so that solutions stay distinct; else one is
-        returned for every seed.
+        Whether seeds that end at the same place are returned once, so that solutions stay distinct; then ends of other
+        annealing chains are refined too, until there are `top`. Else one is returned for every seed.
+    top : int, optional
+        Number of distinct solutions wanted; as many as are given by default. Fewer are returned where the chains found
+        fewer places.
     progress : callable, optional
         Called with the fraction done and what is being done.
 
@@ -68,13 +74,16 @@ def refine(
     ------
     InputError
         If the solutions carry no evidence (they were read from a file), no likelihood (`centroid`), come from a skill
-        of another number of grippers, or the solver is unknown.
+        of another number of grippers, the solver is unknown, or `top` is less than 1.
     """
     if solutions.evidence is None:
         raise InputError(
             "these solutions carry no evidence to refine them by (contacts.json does not hold it); "
             "refine what transfer returns"
         )
+    if top is not None and top < 1:
+        raise InputError(f"top should be at least 1, got {top}")
+    wanted = len(solutions) if top is None else top
     parameters = parameters or TransferParameters()
     report = progress or (lambda fraction, what: None)
     begin = time.perf_counter()
@@ -83,10 +92,17 @@ def refine(
     for k, seed in enumerate(solutions.solutions):
         report(k / len(solutions), "refinement")
         refined.append(_refined(skill, examination, seed, solver, reach))
-    report(1.0, "refinement")
     order = np.argsort([-solution.log_likelihood for solution in refined], kind="stable")
     if merge and refined:
-        order = _merged(refined, parameters.distinct, skill.configuration.cable_length)
+        cable_length = skill.configuration.cable_length
+        order = _merged(refined, parameters.distinct, cable_length)
+        for further in _further_seeds(examination, refined, _FURTHER * wanted):
+            if len(order) >= wanted:
+                break
+            refined.append(_refined(skill, examination, further, solver, reach))
+            order = _merged(refined, parameters.distinct, cable_length)
+        order = order[:wanted]
+    report(1.0, "refinement")
     ranked = tuple(replace(refined[i], rank=rank) for rank, i in enumerate(order, 1))
     timing = solutions.timing | {"refine_s": round(time.perf_counter() - begin, 4)}
     return replace(solutions, solutions=ranked, timing=timing)
@@ -103,6 +119,35 @@ def refine_one(
 ) -> Solution:
     """Return the refinement of one solution, or the solution itself where nothing better is found; as `refine`."""
     return _refined(skill, Examination(evidence, parameters or TransferParameters()), seed, solver, reach)
+
+
+def _further_seeds(examination: Examination, known: list[Solution], most: int) -> Iterator[Solution]:
+    """Yield up to `most` ends of annealing chains, each time the one furthest from the solutions known by then.
+
+    The list may grow meanwhile. Grippers are taken for interchangeable.
+    """
+    chains, X_NS = examination.evidence.chains, invert(examination.evidence.X_SN)
+    if chains is None:
+        return
+    away, seen = np.full(len(chains.p), np.inf), 0
+    for _ in range(most):
+        for solution in known[seen:]:
+            away = np.minimum(away, _apart(chains.p, (X_NS @ solution.X_SG).p))
+        seen = len(known)
+        furthest = int(np.argmax(away))
+        if away[furthest] < examination.parameters.distinct:
+            return
+        # Where it ends may be known; it is not tried again.
+        away[furthest] = 0.0
+        yield examination.solution(chains.take(furthest))
+
+
+def _apart(a: Array, b: Array) -> Array:
+    """Return how far configurations a (K, n, 3) are from b (n, 3): the largest distance of a gripper of either from the
+    nearest of the other [m], shape (K,).
+    """
+    gap = np.linalg.norm(a[:, :, None] - b, axis=-1)
+    return np.maximum(gap.min(axis=2).max(axis=1), gap.min(axis=1).max(axis=1))
 
 
 def _refined(skill: ContactSkill, examination: Examination, seed: Solution, solver: str, reach: float) -> Solution:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -11,6 +12,7 @@ import numpy as np
 from drake_aerial.blas_threads import one_blas_thread
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, Pose, axis_of, quat_about_axis, quat_from_xz, rotate
+from drake_aerial.learning.configuration_model import ConfigurationModel
 from drake_aerial.learning.hull import HorizontalHull
 from drake_aerial.learning.skill import ContactSkill
 from drake_aerial.perception.canonical import to_canonical
@@ -27,6 +29,7 @@ from drake_aerial.transferring.local_surface import LocalSurface
 from drake_aerial.transferring.paper_votes import paper_votes
 from drake_aerial.transferring.parameters import METHODS, TransferParameters
 from drake_aerial.transferring.query_density import NormalisedQuery, Query, ResampledQuery, draw_candidates
+from drake_aerial.transferring.relief import Relief
 from drake_aerial.transferring.selection import distinct
 from drake_aerial.transferring.solutions import ContactSolutions, Solution
 from drake_aerial.transferring.starts import draw_starts
@@ -112,6 +115,7 @@ def transfer(
         X_NG, _ = anneal(partial(evidence.likelihood, coarse=True), starts, parameters, streams[2], annealing)
         X_NG, _, _ = surface.set_down(X_NG)
         log_j = evidence.likelihood(X_NG)
+        evidence = replace(evidence, chains=X_NG.take(np.argsort(-log_j, kind="stable")))
     chosen = distinct(X_NG, log_j, top, parameters.distinct, skill.configuration.cable_length)
     X_NG = _spin_free(skill, X_NG.take(chosen))
     solutions = _solutions(skill, X_NG, log_j[chosen], X_SN, hull, surface, parameters)
@@ -154,8 +158,10 @@ def query(
     bandwidth, axial = skill.parameters.bandwidth, skill.parameters.axial
     vote_rng, *gripper_rngs = rng.spawn(len(skill) + 1)
     votes, scale = None, "rigid"
+    # `control` knows what `task` knows of the object's size: they differ in the votes alone.
+    complete = parameters.scale != "auto" or sampling != "normalised"
+    cuts = Cuts.none() if complete else Cuts.find(features, hull, viewpoint)
     if votes_kind == "hull":
-        cuts = Cuts.find(features, hull, viewpoint) if parameters.scale == "auto" else Cuts.none()
         scale = "support" if parameters.scale == "auto" else parameters.scale
         votes = HullVotes(skill, features, hull, cuts, scale, parameters, vote_rng)
     size_ratio = float(np.sqrt(hull.area / skill.hull.area))
@@ -185,14 +191,33 @@ def query(
                     resample_rng,
                 )
             )
-    likelihood = ContactLikelihood(
-        skill.configuration, tuple(queries), votes, _scale_prior(skill, hull, votes, method, parameters)
-    )
+    prior = _scale_prior(skill, hull, cuts, votes, method, parameters)
+    configuration = skill.configuration
+    if len(skill) > 1 and sampling == "normalised":
+        configuration = _on_relief(skill, features, prior)
+    likelihood = ContactLikelihood(configuration, tuple(queries), votes, prior)
     return Evidence(X_SN, features, hull, likelihood, votes, scale)
 
 
+def _on_relief(skill: ContactSkill, features: SurfaceFeatures, prior: ScalePrior) -> ConfigurationModel:
+    """Return the configuration model as this object's levels would have it: heights stretched as its relief is, and as
+    much freer as the reliefs differ.
+    """
+    configuration, cell = skill.configuration, features.rho
+    taught, found = (Relief.of_points(points, cell) for points in (skill.points, features.p))
+    scale = float(np.exp(prior.log_mean))
+    stretch, spread = found.stretch_and_spread(taught, scale, configuration.sigma_p)
+    # The whole formation is scaled too.
+    return configuration.raised(stretch / scale, configuration.sigma_p / np.hypot(configuration.sigma_p, spread))
+
+
 def _scale_prior(
-    skill: ContactSkill, hull: HorizontalHull, votes: HullVotes | None, method: str, parameters: TransferParameters
+    skill: ContactSkill,
+    hull: HorizontalHull,
+    cuts: Cuts,
+    votes: HullVotes | None,
+    method: str,
+    parameters: TransferParameters,
 ) -> ScalePrior:
     """Return how large the formation is expected: by the hulls, or as demonstrated.
 
@@ -202,8 +227,8 @@ def _scale_prior(
         return ScalePrior(0.0, 0.02)
     p_FG = skill.configuration.X_FG.p
     if votes is None:
-        return ScalePrior.of_best_yaw(hull, skill.hull, p_FG)
-    return ScalePrior.of_hulls(hull, skill.hull, float(votes.density.mode[2]), p_FG)
+        return ScalePrior.of_best_yaw(hull, skill.hull, p_FG, cuts)
+    return ScalePrior.of_hulls(hull, skill.hull, float(votes.density.mode[2]), p_FG, cuts)
 
 
 def _spin_free(skill: ContactSkill, X_NG: Pose) -> Pose:

@@ -14,6 +14,8 @@ from drake_aerial.learning.demonstration import Demonstration
 from drake_aerial.learning.hull import HorizontalHull
 from drake_aerial.learning.learn import learn
 from drake_aerial.perception.point_cloud import PointCloud
+from drake_aerial.perception.surface_features import compute_features
+from drake_aerial.transferring.cuts import Cuts
 from drake_aerial.transferring.likelihood import ScalePrior
 from drake_aerial.transferring.transfer import transfer
 
@@ -92,6 +94,35 @@ def test_grippers_in_line_scale_with_the_length_along_them():
     # The yaw turns the demonstrated object, its hull and its grippers alike.
     across = ScalePrior.of_hulls(rectangle(0.1, 1.4), short, 0.5 * np.pi, line)
     assert across.log_mean == pytest.approx(along.log_mean, abs=1e-6)
+
+
+def test_cuts_do_not_shrink_a_formation():
+    # A strip of 15 cm is missing at positive x: what is left looks shorter, and is as wide as ever.
+    flags = np.zeros(72, bool)
+    flags[[70, 71, 0, 1, 2]] = True
+    whole, left = rectangle(0.68, 0.61), HorizontalHull(rectangle(0.68, 0.61).vertices.copy())
+    left.vertices[:, 0] = np.minimum(left.vertices[:, 0], 0.19)
+    layout = skill("formation").configuration.X_FG.p
+    assert ScalePrior.of_hulls(left, whole, 0.0, layout).log_mean < -0.05
+    for prior in (
+        ScalePrior.of_hulls(left, whole, 0.0, layout, Cuts(flags)),
+        ScalePrior.of_hulls(left, whole, np.deg2rad(8.0), layout, Cuts(flags)),
+        ScalePrior.of_best_yaw(left, whole, layout, Cuts(flags)),
+    ):
+        assert prior.log_mean == pytest.approx(0.0, abs=0.03)
+
+
+def test_beams_that_end_in_a_cut_are_found():
+    cloud, _ = hollow_triangle(1.0, yaw=0.0)
+    features = compute_features(cloud)
+    points = features.p[features.p[:, 0] < features.p[:, 0].max() - 0.17]
+    for p, count in ((features.p, 0), (points, 3)):
+        found = compute_features(PointCloud.read(p))
+        cuts = Cuts.find(found, HorizontalHull.of_points(found.p), None)
+        assert cuts.flags.sum() >= count
+        assert bool(cuts) == (count > 0)
+        assert not cuts.towards([-0.5, np.sqrt(0.75)])
+    np.testing.assert_allclose(np.abs(cuts.along()), [1.0, 0.0], atol=0.1)
 
 
 def test_control_expects_the_size_that_task_expects():

@@ -230,6 +230,27 @@ def test_seeds_that_end_at_one_place_are_returned_once():
     assert np.all(gaps >= LIMITS.distinct)
 
 
+def test_as_many_distinct_solutions_as_wanted_come_back():
+    # All seeds the same: the other places come from the other chains.
+    solutions, skill = transferred(3), taught(3)
+    same = replace(solutions, solutions=(solutions[0],) * 5)
+    refined = refine(skill, same)
+    assert len(refined) == 5
+    assert [s.rank for s in refined.solutions] == [1, 2, 3, 4, 5]
+    log_j = [s.log_likelihood for s in refined.solutions]
+    assert log_j == sorted(log_j, reverse=True)
+    assert log_j[0] >= solutions[0].log_likelihood
+    p = np.array([s.X_SG.p for s in refined.solutions])
+    for i, j in zip(*np.triu_indices(len(p), 1), strict=True):
+        # Some gripper stands elsewhere, whichever of the other's it is compared with.
+        gap = np.linalg.norm(p[i][:, None] - p[j], axis=-1)
+        assert max(gap.min(axis=1).max(), gap.min(axis=0).max()) >= LIMITS.distinct
+    assert len(refine(skill, same, top=2)) == 2
+    assert len(refine(skill, same, merge=False)) == 5
+    with pytest.raises(InputError, match="top"):
+        refine(skill, same, top=0)
+
+
 def test_what_cannot_be_refined_is_refused(tmp_path):
     solutions, skill = transferred(1), taught(1)
     solutions.write(tmp_path / "contacts.json")

@@ -21,6 +21,7 @@ from pathlib import Path
 
 import numpy as np
 from formation_rows import FormationRow, formation_rows
+from hard_formation_rows import hard_formation_rows
 from scans import above_centroid, box_mesh, box_query, box_scan, camera_query, curved_mesh, curved_query, mesh_points
 
 from drake_aerial.geometry import Pose, invert, transform
@@ -271,7 +272,7 @@ def run(table: list[Row | FormationRow], seeds: list[int], scale: str) -> None:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    table: list[Row | FormationRow] = [*rows(), *formation_rows()]
+    table: list[Row | FormationRow] = [*rows(), *formation_rows(), *hard_formation_rows()]
     parser.add_argument("--rows", nargs="+", help="parts of row names; all by default")
     parser.add_argument("--seeds", default="100-109", help="first-last, both included")
     parser.add_argument("--arms", nargs="+", choices=ARMS, help="arms to run; all by default")

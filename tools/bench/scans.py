@@ -78,6 +78,53 @@ def box_mesh(size: tuple[float, float, float]):
     return trimesh.creation.box(extents=size)
 
 
+def terrace_mesh(x: tuple[float, ...], y: tuple[float, ...], height: np.ndarray):
+    """Return an object of several levels: columns of `height` (X, Y) over the cells between grid lines x (X + 1) and
+    y (Y + 1), standing on z = 0, all in metres. Its centre of mass, if it is homogeneous, is over the origin.
+    """
+    import trimesh
+
+    h = np.asarray(height, float)
+    x_, y_ = np.asarray(x, float), np.asarray(y, float)
+    weight = h * np.diff(x_)[:, None] * np.diff(y_)
+    x_ = x_ - np.sum(weight * (0.5 * (x_[1:] + x_[:-1]))[:, None]) / weight.sum()
+    y_ = y_ - np.sum(weight * 0.5 * (y_[1:] + y_[:-1])) / weight.sum()
+    quads = []
+    padded = np.pad(h, 1)
+    for i, j in np.argwhere(h > 0.0):
+        a, b, c, d, top = x_[i], x_[i + 1], y_[j], y_[j + 1], h[i, j]
+        quads += [[(a, c, top), (b, c, top), (b, d, top), (a, d, top)], [(a, c, 0), (a, d, 0), (b, d, 0), (b, c, 0)]]
+        # Walls down to each neighbour's level, outward on the side of this column.
+        for (k, m), (p, q) in zip(
+            ((i, j + 1), (i + 2, j + 1), (i + 1, j), (i + 1, j + 2)),
+            (((a, d), (a, c)), ((b, c), (b, d)), ((a, c), (b, c)), ((b, d), (a, d))),
+            strict=True,
+        ):
+            low = padded[k, m]
+            if low < top:
+                quads.append([(*p, low), (*q, low), (*q, top), (*p, top)])
+    vertices = np.array(quads).reshape(-1, 3)
+    first = 4 * np.arange(len(quads))[:, None]
+    faces = np.vstack([first + [0, 1, 2], first + [0, 2, 3]])
+    return trimesh.Trimesh(vertices, faces, process=True)
+
+
+def mesh_query(mesh_of: Callable, noise: float = 0.001, cut: str = "none"):
+    """Return a function of a generator that scans a mesh in full; `cut` as for `box_scan`."""
+
+    def scan(rng: np.random.Generator) -> tuple[PointCloud, Pose]:
+        points = mesh_points(mesh_of(), rng)
+        size = np.ptp(points, axis=0)
+        limit = points.max(axis=0)
+        if cut == "strip":
+            points = points[points[:, 0] < limit[0] - min(0.15, 0.25 * size[0])]
+        elif cut == "corner":
+            points = points[~np.all(points[:, :2] > limit[:2] - 0.2, axis=1)]
+        return placed(points + noise * rng.standard_normal(points.shape), rng, None)
+
+    return scan
+
+
 def ellipsoid():
     """Return an ellipsoid of half axes 22, 16 and 12 cm, standing on z = 0."""
     import trimesh
