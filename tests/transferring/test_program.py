@@ -224,7 +224,8 @@ def test_seeds_that_end_at_one_place_are_returned_once():
     assert len(all_) == len(twice)
     assert len(merged) < len(all_)
     assert [s.rank for s in merged.solutions] == list(range(1, len(merged) + 1))
-    assert merged[0].log_likelihood == all_[0].log_likelihood
+    # The ends of other chains that take the twins' places may be likelier still.
+    assert merged[0].log_likelihood >= all_[0].log_likelihood
     p = np.array([s.X_SG.p[0] for s in merged.solutions])
     gaps = np.linalg.norm(p[:, None] - p, axis=-1)[np.triu_indices(len(p), 1)]
     assert np.all(gaps >= LIMITS.distinct)
