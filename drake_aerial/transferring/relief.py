@@ -11,6 +11,9 @@ from drake_aerial.geometry import Array
 
 # Parts of the upper side at which its height is compared.
 _PARTS = np.linspace(0.02, 0.98, 49)
+# Least side of a column, in distances to the nearest point: some ten points of every level it goes through. In a smaller
+# one a sparse scan shows the bottom by chance.
+_SPACINGS = 6.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,8 +30,14 @@ class Relief:
 
     @classmethod
     def of_points(cls, points: ArrayLike, cell: float) -> Relief:
-        """Return the relief of a surface's points (N, 3) in a frame whose z is up, the topmost of every `cell` [m]."""
+        """Return the relief of a surface's points (N, 3) in a frame whose z is up, the topmost of every `cell` [m], or of
+        larger ones where the scan is sparse.
+        """
+        from scipy.spatial import cKDTree
+
         points = np.asarray(points, float)
+        apart, _ = cKDTree(points).query(points, k=2)
+        cell = max(cell, _SPACINGS * float(np.median(apart[:, 1])))
         column = np.floor((points[:, :2] - points[:, :2].min(axis=0)) / cell).astype(int)
         flat = column[:, 0] * (column[:, 1].max() + 1) + column[:, 1]
         _, index = np.unique(flat, return_inverse=True)

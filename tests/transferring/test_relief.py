@@ -46,6 +46,17 @@ def test_height_of_levels_is_found_and_walls_do_not_count():
     assert np.abs(Relief.of_points(box_cloud(SIZE).points, 0.03).height).max() < 0.005
 
 
+def test_a_sparse_scan_of_a_flat_box_is_flat():
+    # 20,000 points at random on 4.2 square metres, the bottom included.
+    rng = np.random.default_rng(0)
+    size = np.array([1.4, 1.0, 0.3])
+    points = rng.uniform(-0.5, 0.5, (20000, 3))
+    areas = np.array([0.3, 0.42, 1.4])
+    axis = rng.choice(3, 20000, p=areas / areas.sum())
+    points[np.arange(20000), axis] = rng.choice([-0.5, 0.5], 20000)
+    assert np.abs(Relief.of_points(points * size, 0.03).height).max() < 0.01
+
+
 def test_levels_stretch_by_their_ratio_and_leave_no_spread():
     stretch, spread = relief(0.2, 0.4).stretch_and_spread(relief(0.2, 0.3), 1.0, 0.005)
     assert stretch == pytest.approx(2.0, rel=0.05)
