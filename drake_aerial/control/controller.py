@@ -9,6 +9,7 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Leaf
 
 from drake_aerial.control.observation import Observation, PositionFilter, observe
 from drake_aerial.control.payload_parameters import PayloadModelParameters
+from drake_aerial.control.remaining_team import Losses, RemainingTeam
 from drake_aerial.control.take_off import FlightPhase, TakeOff
 from drake_aerial.control.trajectory import HoverTrajectory, Trajectory
 from drake_aerial.errors import InputError
@@ -25,12 +26,16 @@ class PayloadController(LeafSystem):
     | in `quadrotor_states` | 13 n | the same of each Q |
     | in `cable_directions` | 6 n | per cable: unit direction from quadrotor to contact, and its rate [1/s] |
     | in `reference` | abstract | a `Trajectory`, over the context's time |
+    | in `attached` | n | 1 where a gripper holds, 0 where it let go; may be left unconnected: all hold |
     | out `thrust_vectors` | 3 n | commanded thrusts in the world [N], held between ticks |
     | out `phase` | 1 | `FlightPhase` |
     | out `estimated_position` | 3 | filtered position of L's origin [m] |
 
     All state is discrete and lives in the Context; it changes at the ticks `offset + k period`. A tick reads samples
     taken before it: with the default offset, that of a sensor that samples at `k period`, 2 ms ago.
+
+    Once a gripper has let go, the others hold the payload where it was, by the same law for the cables that are left, and the
+    freed quadrotor hovers above (`RemainingTeam`).
 
     Parameters
     ----------
@@ -66,15 +71,23 @@ class PayloadController(LeafSystem):
         self._reference = self.DeclareAbstractInputPort("reference", AbstractValue.Make(HoverTrajectory()))
         hover = np.zeros((n, 3))
         hover[:, 2] = model.min_thrust
+        self._attached = self.DeclareVectorInputPort("attached", n)
         self._thrust_index = self.DeclareDiscreteState(hover.ravel())
         self._phase_index = self.DeclareDiscreteState(self.take_off.begin(n))
         self._filter_index = self.DeclareDiscreteState(np.array([0.0] * 6 + [-1.0]))
         self._memory_index = self.DeclareDiscreteState(self._initial_memory())
+        self._losses_index = self.DeclareDiscreteState(np.zeros(4 * n + 3))
+        self._remaining = RemainingTeam(self)
         self.DeclarePeriodicDiscreteUpdateEvent(period, offset, self._tick)
         ticket = {self.all_state_ticket()}
         self.DeclareVectorOutputPort("thrust_vectors", 3 * n, self._calc_thrust, ticket)
         self.DeclareVectorOutputPort("phase", 1, self._calc_phase, ticket)
         self.DeclareVectorOutputPort("estimated_position", 3, self._calc_position, ticket)
+
+    def set_thrusts(self, context: Context, thrust: Array) -> None:
+        """Set what is commanded until the first tick, thrusts (n, 3) [N], in this system's context; the least there is by default."""
+        command = limited(self.model, np.asarray(thrust, dtype=float)).ravel()
+        context.get_mutable_discrete_state(self._thrust_index).SetFromVector(command)
 
     def _initial_memory(self) -> Array:
         """Return the initial value of whatever else the law remembers from tick to tick."""
@@ -87,6 +100,13 @@ class PayloadController(LeafSystem):
         """
         raise NotImplementedError
 
+    def _reduced(self, model: PayloadModelParameters) -> PayloadController | None:
+        """Return a controller of the same law for a smaller team, for its `_fly` alone; None if there is no such law.
+
+        Without one the law goes on after a loss as if nothing had happened.
+        """
+        return None
+
     def _tick(self, context: Context, discrete: DiscreteValues) -> None:
         t, model = context.get_time(), self.model
         reference: Trajectory = self._reference.Eval(context)
@@ -97,19 +117,35 @@ class PayloadController(LeafSystem):
         seen = seen._replace(p=filtered[0:3])
         grounded = bool(reference.phases) and reference.phases[0].name == "ground"
         before = context.get_discrete_state(self._phase_index).value()
+        losses, fresh = self._losses(context, before[0] >= FlightPhase.FLYING, seen)
         noise = self.position_filter.position_noise
-        phase = self.take_off.next_phase(model, before, t, seen, grounded, noise)
+        following = self.take_off.next_phase(model, before, t, seen, grounded, noise)
+        # Whoever lost a gripper before it flew does not fly any more.
+        phase = before if losses.lost.any() else following
+        flying = bool(phase[0] >= FlightPhase.FLYING)
+        last = context.get_discrete_state(self._thrust_index).value().reshape(-1, 3)
+        law = context.get_discrete_state(self._memory_index).value() * (not fresh)
+        thrust = None
         discrete.get_mutable_vector(self._filter_index).SetFromVector(filtered)
         discrete.get_mutable_vector(self._phase_index).SetFromVector(phase)
-        if phase[0] < FlightPhase.FLYING:
+        discrete.get_mutable_vector(self._losses_index).SetFromVector(losses.pack())
+        if losses.lost.any():
+            thrust = self._remaining.thrust(t, losses, flying, seen, reference.yaw, last, law)
+        elif not flying:
             sample = reference.sample(t)
             thrust = self.take_off.thrust(model, phase, t, seen, sample, sample.p - reference.start)
-        else:
-            last = context.get_discrete_state(self._thrust_index).value().reshape(-1, 3)
-            law = context.get_discrete_state(self._memory_index).value().copy()
+        if thrust is None:
             thrust = self._fly(t, seen, reference, last, law)
-            discrete.get_mutable_vector(self._memory_index).SetFromVector(law)
+        discrete.get_mutable_vector(self._memory_index).SetFromVector(law)
         discrete.get_mutable_vector(self._thrust_index).SetFromVector(limited(model, thrust).ravel())
+
+    def _losses(self, context: Context, flying: bool, seen: Observation) -> tuple[Losses, bool]:
+        """Return which grippers have let go by now, and whether that is news."""
+        known = Losses.unpack(context.get_discrete_state(self._losses_index).value())
+        if not self._attached.HasValue(context):
+            return known, False
+        losses = known.after(self._attached.Eval(context) > 0.5, flying, seen, self.model.cable_length)
+        return losses, losses is not known
 
     def _calc_thrust(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(context.get_discrete_state(self._thrust_index).value())

@@ -129,6 +129,9 @@ class GeometricController(PayloadController):
     def _initial_memory(self) -> Array:
         return np.zeros(1 + 3 * self._n)  # whether there is a last mu, and the last mu
 
+    def _reduced(self, model: PayloadModelParameters) -> GeometricController:
+        return GeometricController(model, feedforward=self.feedforward, gains=self.gains, period=self.period)
+
     def _fly(self, t: float, seen: Observation, reference: Trajectory, thrust: Array, memory: Array) -> Array:
         mu, feedback = cable_forces(self.model, self.gains, seen, reference.sample(t))
         rate = np.zeros_like(mu)

@@ -148,6 +148,20 @@ class PayloadMpc(PayloadController):
         n, N = self._n, self.stages
         return np.zeros(_HEADER + N * 3 * n + (N + 1) * (18 + 9 * n))
 
+    def _reduced(self, model: PayloadModelParameters) -> PayloadMpc:
+        law = PayloadMpc(
+            model,
+            stages=self.stages,
+            step=self.step,
+            weights=self.weights,
+            integral_gain=self.integral_gain,
+            integral_limit=self.integral_limit,
+            field_of_view=self.field_of_view,
+            period=self.period,
+        )
+        law.step_seconds = self.step_seconds
+        return law
+
     def _fly(self, t: float, seen: Observation, reference: Trajectory, thrust: Array, memory: Array) -> Array:
         begin = time.thread_time()
         n, N, h = self._n, self.stages, self.step

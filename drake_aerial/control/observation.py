@@ -46,6 +46,11 @@ class Observation(NamedTuple):
         """Angular velocities (n, 3) of the cables in the world [rad/s]."""
         return cross(self.xi, self.xi_dot)
 
+    def of_quadrotors(self, index: NDArray[np.intp]) -> Observation:
+        """Return what is seen with only the quadrotors and cables of `index` (k,)."""
+        fields = ("p_WQ", "v_WQ", "z_WQ", "xi", "xi_dot")
+        return self._replace(**{name: getattr(self, name)[index] for name in fields})
+
 
 def observe(payload: Array, quadrotors: Array, cables: Array) -> Observation:
     """Return the observation in port vectors: payload (13,), quadrotors (13 n,), cables (6 n,)."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -115,6 +116,12 @@ class PayloadModelParameters:
             column = 6 + 4 * n + 3 * i
             q[i, :, column : column + 3] = -np.eye(3) / (self.quadrotor_mass[i] * self.cable_length[i])
         return A, q
+
+    def carried_by(self, quadrotors: Sequence[int]) -> PayloadModelParameters:
+        """Return the model of the same payload on some of the cables only; the mass of what let go stays with it."""
+        index = list(quadrotors)
+        names = ("p_LC", "quadrotor_mass", "cable_length", "thrust_lag", "min_thrust", "max_thrust")
+        return replace(self, **{name: getattr(self, name)[index] for name in names})
 
     @property
     def weight(self) -> float:

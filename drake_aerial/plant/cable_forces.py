@@ -34,6 +34,7 @@ class CableTensions(LeafSystem):
     |---|---|---|
     | in `reaction_forces` | abstract | the plant's port of that name |
     | out `tension` | n | [N]; 0 while slack |
+    | out `attached` | n | 1 attached, 0 released (the discrete state, which `GripperRelease` sets) |
     """
 
     def __init__(self, plant: MultibodyPlant, cables: list[Cable]):
@@ -41,7 +42,9 @@ class CableTensions(LeafSystem):
         self._joints = [int(cable.slide.index()) for cable in cables if cable.slide is not None]
         model_value = plant.get_reaction_forces_output_port().Allocate()
         self._forces = self.DeclareAbstractInputPort("reaction_forces", model_value)
-        self.DeclareVectorOutputPort("tension", len(self._joints), self._calc)
+        state = self.DeclareDiscreteState(np.ones(len(self._joints)))
+        self.DeclareVectorOutputPort("tension", len(self._joints), self._calc, {self._forces.ticket()})
+        self.DeclareStateOutputPort("attached", state)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         forces = self._forces.Eval(context)
@@ -203,6 +206,13 @@ class GripperRelease:
             [c.grip is None or self._plant.GetConstraintActiveStatus(context, c.grip) for c in self._cables]
         )
 
+    def let_go(self, root_context: Context, i: int) -> None:
+        """Release gripper i, between two steps, in the context of the whole diagram."""
+        context = self._plant.GetMyMutableContextFromRoot(root_context)
+        self._plant.SetConstraintActiveStatus(context, self._cables[i].grip, False)
+        status = self._tensions.get_system().GetMyMutableContextFromRoot(root_context)
+        status.get_mutable_discrete_state(0).SetAtIndex(i, 0.0)
+
     def __call__(self, root_context: Context) -> EventStatus:
         """Release what is overloaded in the context of the whole diagram."""
         context = self._plant.GetMyContextFromRoot(root_context)
@@ -223,7 +233,7 @@ class GripperRelease:
             normal = X_WL.rotation() @ self._normal_L[i]
             pull = tension[i] * max(0.0, -float(p_QC @ normal)) / max(float(np.linalg.norm(p_QC)), 1e-9)
             if pull > self._hold[i] and plant.GetConstraintActiveStatus(context, cable.grip):
-                plant.SetConstraintActiveStatus(context, cable.grip, False)
+                self.let_go(root_context, i)
                 released = True
         return EventStatus.Succeeded() if released else EventStatus.DidNothing()
 
@@ -240,6 +250,8 @@ class CableSystem:
         (n) [N]
     forces : OutputPort or None
         Spatial forces for the plant's applied_spatial_force port (elastic kind).
+    attached_port : OutputPort
+        (n), 1 where a gripper holds, 0 where it let go.
     release : GripperRelease or None
         The monitor that lets overloaded grippers go (inextensible kind).
     """
@@ -247,7 +259,16 @@ class CableSystem:
     system: LeafSystem
     tension: OutputPort
     forces: OutputPort | None
+    attached_port: OutputPort
     release: GripperRelease | None
+
+    def let_go(self, root_context: Context, i: int) -> None:
+        """Release gripper i, between two steps, in the context of the whole diagram."""
+        if self.release is not None:
+            self.release.let_go(root_context, i)
+            return
+        context = self.system.GetMyMutableContextFromRoot(root_context)
+        context.get_mutable_discrete_state(0).SetAtIndex(i, 0.0)
 
     def attached(self, root_context: Context) -> Array:
         """Return which grippers (n,) hold, as booleans, in the context of the whole diagram."""
@@ -291,9 +312,11 @@ def connect_cables(
     if kinds[0] == "inextensible":
         tensions = builder.AddNamedSystem(name, CableTensions(plant, cables))
         builder.Connect(plant.get_reaction_forces_output_port(), tensions.get_input_port())
-        port = tensions.get_output_port()
-        return CableSystem(tensions, port, None, GripperRelease(plant, cables, port))
+        port = tensions.GetOutputPort("tension")
+        release = GripperRelease(plant, cables, port)
+        return CableSystem(tensions, port, None, tensions.GetOutputPort("attached"), release)
     elastic = builder.AddNamedSystem(name, ElasticCables(plant, cables))
     builder.Connect(payload_state, elastic.GetInputPort("payload_state"))
     builder.Connect(quadrotor_states, elastic.GetInputPort("quadrotor_states"))
-    return CableSystem(elastic, elastic.GetOutputPort("tension"), elastic.GetOutputPort("applied_spatial_force"), None)
+    tension, force, attached = (elastic.GetOutputPort(k) for k in ("tension", "applied_spatial_force", "attached"))
+    return CableSystem(elastic, tension, force, attached, None)

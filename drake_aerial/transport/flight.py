@@ -106,6 +106,7 @@ class Flight:
             "belief": options.belief,
             "mass_ratio": options.mass_ratio,
             "forced": options.force,
+            "after_drop_s": options.after_drop,
             "controller": options.controller_name,
             "controller_options": {key: repr(value) for key, value in (options.controller_options or {}).items()},
             "trajectory": trajectory_to_dict(self.trajectory),
@@ -139,7 +140,7 @@ class Flight:
         context = simulator.get_mutable_context()
         trajectory = station.place(context, seed=seed, reference=self.trajectory)
         assert trajectory is not None
-        monitor = FlightMonitor(station, trajectory, progress=progress)
+        monitor = FlightMonitor(station, trajectory, after_drop=self.options.after_drop, progress=progress)
         simulator.set_monitor(monitor)
         steps: deque[float] = getattr(station.controller, "step_seconds", deque())
         steps.clear()
@@ -151,7 +152,7 @@ class Flight:
                 simulator.AdvanceTo(trajectory.duration)
         except (RuntimeError, ArithmeticError, ValueError) as error:
             # The solver or a controller gave up on a state that is far from any flight.
-            if monitor.time is None:
+            if monitor.is_open:
                 monitor.end("diverged", " ".join(str(error).split())[:200], context.get_time())
         spent = time.process_time() - began
         series = record(station, context, trajectory)
@@ -163,6 +164,7 @@ class Flight:
             "outcome": monitor.outcome,
             "outcome_reason": monitor.reason,
             "outcome_time_s": monitor.time,
+            "after_drop": monitor.after_drop,
             **flight_metrics(series, names, self._weight),
             "timing": {
                 "real_time_factor": context.get_time() / max(spent, 1e-9),

@@ -29,19 +29,20 @@ def flight_metrics(series: Series, names: tuple[str, ...], weight: float) -> dic
     -------
     dict
         `*_rmse_*`: root of the mean over time of the squared length of the error vector; `circle_position_rmse_m` over the circle alone;
-        thrust and moment per quadrotor, tension of samples every 10 ms; `slack_fraction` and `saturated_fraction` of all samples from tensioning on;
+        all of them up to the moment a gripper lets go; thrust and moment per quadrotor, tension of samples every 10 ms; `slack_fraction` and `saturated_fraction` of all samples from tensioning on;
         `phases`: name to [start, end] as flown [s]. None where nothing was flown that could be scored.
     """
     phase, time = series["phase"], series["time"]
     scored_names = [n for n in ("circle", "hover") if n in names] if "circle" in names else list(names[len(TAKE_OFF) :])
-    scored = np.isin(phase, [names.index(n) for n in scored_names])
-    carried = phase >= 1
-    flying = phase > 1
+    whole = series["attached"].all(axis=1) if "attached" in series else np.ones(len(phase), dtype=bool)
+    scored = whole & np.isin(phase, [names.index(n) for n in scored_names])
+    carried = whole & (phase >= 1)
+    flying = whole & (phase > 1)
     error = np.linalg.norm(series["payload_position"] - series["reference_position"], axis=1)
     velocity = np.linalg.norm(series["payload_velocity"] - series["reference_velocity"], axis=1)
     moment = np.linalg.norm(series["moment"], axis=2)
     share = weight / series["tension"].shape[1]
-    circle = phase == names.index("circle") if "circle" in names else np.zeros(len(phase), dtype=bool)
+    circle = whole & (phase == names.index("circle")) if "circle" in names else np.zeros(len(phase), dtype=bool)
     return {
         "position_rmse_m": _rms(error[scored]),
         "position_max_m": _max(error[scored]),

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from pydrake.systems.framework import Context, EventStatus
 
 from drake_aerial.control.take_off import FlightPhase
 from drake_aerial.control.trajectory import Trajectory
+from drake_aerial.geometry import Array
 from drake_aerial.transport.station import TransportStation
 
 OUTCOMES = ("completed", "dropped", "crashed", "diverged")
@@ -22,11 +24,24 @@ _AFTERMATH = 0.5
 class FlightMonitor:
     """A monitor for `Simulator.set_monitor`: releases overloaded grippers, sees how the flight ends, reports progress.
 
-    - dropped: a gripper let go;
+    - dropped: a gripper let go; what became of the payload while others held it is in `after_drop`;
     - crashed: a quadrotor touched anything, or the payload touched the ground while the reference was in the air;
     - diverged: the payload went further than `max_error` from the reference, or never left the ground, or a number was not finite.
 
-    The simulation goes on for half a second after a drop or a crash, for the replay.
+    The simulation goes on for half a second after a crash, or after no gripper holds any more, for the replay; and for `after_drop` seconds
+    after a drop while others hold, unless that ends in a crash or divergence.
+
+    Parameters
+    ----------
+    station : TransportStation
+    trajectory : Trajectory
+        As it is flown.
+    max_error : float
+        [m]
+    after_drop : float
+        [s]
+    progress : callable, optional
+        Called with the fraction flown and a word on it.
 
     Attributes
     ----------
@@ -34,6 +49,9 @@ class FlightMonitor:
         One of `OUTCOMES`, and what happened if it is not "completed".
     time : float or None
         When it happened [s].
+    after_drop : dict or None
+        Where others still held: "outcome", one of held, lost (no gripper holds any more), crashed, diverged; "reason"; and "time_s",
+        when that happened, or until when they were seen to hold [s].
     """
 
     def __init__(
@@ -42,10 +60,15 @@ class FlightMonitor:
         trajectory: Trajectory,
         *,
         max_error: float = 2.5,
+        after_drop: float = 3.0,
         progress: Progress | None = None,
     ):
         self.outcome, self.reason = "completed", ""
         self.time: float | None = None
+        self.after_drop: dict[str, Any] | None = None
+        self._wait, self._until = after_drop, np.inf
+        self._attached: Any = np.ones(station.n, dtype=bool)
+        self._dropped_at: Array | None = None
         self._station, self._trajectory, self._max_error, self._progress = station, trajectory, max_error, progress
         release = station.cable_system.release
         self._release = release if release is not None and release.is_needed else None
@@ -71,10 +94,22 @@ class FlightMonitor:
         if self._progress is not None and t >= self._next_report:
             self._next_report = t + _REPORT
             self._progress(min(t / max(self._trajectory.duration, 1e-9), 1.0), f"flight {t:.1f} s")
-        if self.time is None:
+        if self.is_open:
             self._look(context, t)
-        over = self.outcome == "diverged" or (self.time is not None and t >= self.time + _AFTERMATH)
+        if self._holding and self.after_drop is not None:
+            self.after_drop["time_s"] = t
+        over = t >= self._until - 1e-9
         return EventStatus.ReachedTermination(self._station, self.reason) if over else EventStatus.Succeeded()
+
+    @property
+    def is_open(self) -> bool:
+        """Whether something is still to be seen: nothing has ended the flight, or the rest holds after a drop."""
+        return self.time is None or self._holding
+
+    @property
+    def _holding(self) -> bool:
+        """Whether a gripper let go and the others hold."""
+        return self.after_drop is not None and self.after_drop["outcome"] == "held"
 
     def _look(self, context: Context, t: float) -> None:
         station = self._station
@@ -82,13 +117,20 @@ class FlightMonitor:
         quadrotors = station.GetOutputPort("quadrotors.state").Eval(context)
         desired = self._reference[min(round(t / _LOOK), len(self._reference) - 1)]
         error = float(np.linalg.norm(payload[4:7] - desired))
+        if self._dropped_at is not None:
+            # The rest may stay where it happened.
+            error = min(error, float(np.linalg.norm(payload[4:7] - self._dropped_at)))
+        attached: Any = station.cable_system.attached(context)
         if not (np.isfinite(payload).all() and np.isfinite(quadrotors).all()):
             self.end("diverged", "the state is not finite", t)
-        elif not station.cable_system.attached(context).all():
-            self.end("dropped", "a gripper was pulled off the payload", t)
+        elif (self._attached & ~attached).any():
+            which = " and ".join(str(i + 1) for i in np.flatnonzero(self._attached & ~attached))
+            self._attached, self._dropped_at = attached, payload[4:7].copy()
+            of = f"gripper {which} of {station.n}" if station.n > 1 else "the gripper"
+            self.end("dropped", f"{of} was pulled off the payload", t)
         elif error > self._max_error:
             self.end("diverged", f"the payload was {error:.1f} m from the reference", t)
-        elif t > self._airborne and not self._flying(context):
+        elif self.time is None and t > self._airborne and not self._flying(context):
             self.end("diverged", "the payload was not in the air when the reference was", t)
         else:
             self._look_for_contacts(context, t)
@@ -104,7 +146,7 @@ class FlightMonitor:
                     "crashed", f"a quadrotor touched {what if len(bodies & self._quadrotors) == 1 else 'another'}", t
                 )
                 return
-            if t > self._airborne:
+            if t > self._airborne and (self.time is None or self.time > self._airborne):
                 self.end("crashed", "the payload touched the ground", t)
                 return
 
@@ -114,5 +156,14 @@ class FlightMonitor:
         return self._station.GetOutputPort("controller.phase").Eval(context)[0] >= FlightPhase.FLYING
 
     def end(self, outcome: str, reason: str, time: float) -> None:
-        """Record how the flight ended, and when [s]."""
-        self.outcome, self.reason, self.time = outcome, reason, time
+        """Record how the flight ended, and when [s]; after a drop, what became of the payload."""
+        holding = outcome == "dropped" and self._attached.any()
+        self._until = time + (self._wait if holding else 0.0 if outcome == "diverged" else _AFTERMATH)
+        if self.time is None:
+            self.outcome, self.reason, self.time = outcome, reason, time
+            if holding:
+                self.after_drop = {"outcome": "held", "reason": "", "time_s": time}
+        elif not holding:
+            self.after_drop = {"outcome": "lost" if outcome == "dropped" else outcome, "reason": reason, "time_s": time}
+        elif self.after_drop is not None:
+            self.after_drop["reason"] = reason

@@ -20,9 +20,11 @@ class PayloadPerception(LeafSystem):
     |---|---|---|
     | in `payload_state` | 13 | true w x y z, position, angular and linear velocity of L in the world |
     | in `quadrotor_states` | 13 n | the same of each Q |
+    | in `attached` | n | 1 where a gripper holds, 0 where it let go; may be left unconnected: all hold |
     | out `payload_state` | 13 | sampled, the position noisy |
     | out `quadrotor_states` | 13 n | sampled |
     | out `cable_directions` | 6 n | per cable: unit vector from quadrotor to contact, and its rate [1/s], in the world |
+    | out `attached` | n | sampled: a gripper's contact switch |
 
     The noise of a sample is a function of the seed and of the sample's number alone; the seed is a parameter in the Context
     (`set_seed`), so that one diagram serves many trials.
@@ -50,12 +52,16 @@ class PayloadPerception(LeafSystem):
         self._p_LC, self._period, self._noise, self._measured = p_LC, period, noise, measured_directions
         self._payload = self.DeclareVectorInputPort("payload_state", 13)
         self._quadrotors = self.DeclareVectorInputPort("quadrotor_states", 13 * n)
+        self._attached = self.DeclareVectorInputPort("attached", n)
         self._seed = self.DeclareNumericParameter(BasicVector([0.0]))
         at_rest = np.tile(np.eye(1, 13)[0], 1 + n)
         down = np.tile([0.0, 0.0, -1.0, 0.0, 0.0, 0.0], n)
-        self._samples = [self.DeclareDiscreteState(initial) for initial in (at_rest[:13], at_rest[13:], down)]
+        self._samples = [
+            self.DeclareDiscreteState(initial) for initial in (at_rest[:13], at_rest[13:], down, np.ones(n))
+        ]
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._sample)
-        for name, index in zip(("payload_state", "quadrotor_states", "cable_directions"), self._samples, strict=True):
+        names = ("payload_state", "quadrotor_states", "cable_directions", "attached")
+        for name, index in zip(names, self._samples, strict=True):
             self.DeclareStateOutputPort(name, index)
 
     def set_seed(self, context: Context, seed: int) -> None:
@@ -76,5 +82,6 @@ class PayloadPerception(LeafSystem):
         xi = offsets.p_QC_W / np.maximum(distance, 1e-9)
         rate = offsets.v_QC_W - xi * np.sum(xi * offsets.v_QC_W, axis=1, keepdims=True)
         directions = np.concatenate([xi, rate / np.maximum(distance, 1e-9)], axis=1)
-        for index, value in zip(self._samples, (measured, quadrotors, directions.ravel()), strict=True):
+        attached = self._attached.Eval(context) if self._attached.HasValue(context) else np.ones(len(self._p_LC))
+        for index, value in zip(self._samples, (measured, quadrotors, directions.ravel(), attached), strict=True):
             discrete_state.get_mutable_vector(index).SetFromVector(value)

@@ -41,16 +41,18 @@ def record(station: TransportStation, context: Context, trajectory: Trajectory) 
         time (T,) [s], phase (T,) int, payload_position, payload_velocity, reference_position, reference_velocity, com_position (T, 3) [m, m/s],
         payload_quaternion (T, 4), payload_rate (T, 3) [rad/s], attitude_error, tilt (T,) [rad], quadrotor_position (T, n, 3),
         quadrotor_quaternion (T, n, 4), contact_position (T, n, 3), tension, thrust (T, n) [N], moment (T, n, 3) [N m], in Q,
-        saturated (T, n) bool: a propeller at a limit.
+        saturated (T, n) bool: a propeller at a limit; attached (T, n) bool: the gripper holds; with wind also wind (T, 3) [m/s],
+        the air's velocity in the world.
     """
     time, payload = station.log(context, "payload.state")
-    names = ("quadrotors.state", "cables.tension", "propellers.command", "propellers.squared_speed", "controller.phase")
+    names = ["quadrotors.state", "cables.tension", "propellers.command", "propellers.squared_speed", "controller.phase"]
+    names += ["cables.attached"] + ["wind.velocity"] * (station.wind is not None)
     logs = [station.log(context, name)[1] for name in names]
     # A simulation that broke off in the middle of a step may have logged some of its ports only.
     count = min([len(payload)] + [len(log) for log in logs])
     keep = np.isfinite(payload[:count]).all(axis=1) & np.isfinite(logs[0][:count]).all(axis=1)
     time, payload = time[:count][keep], payload[:count][keep]
-    quadrotors, tension, commands, speeds, control = (log[:count][keep] for log in logs)
+    quadrotors, tension, commands, speeds, control, attached, *wind = (log[:count][keep] for log in logs)
     n = station.n
     team = station.parameters.quadrotors(n)
     quadrotors, commands, speeds = quadrotors.reshape(-1, n, 13), commands.reshape(-1, n, 4), speeds.reshape(-1, n, 4)
@@ -78,6 +80,8 @@ def record(station: TransportStation, context: Context, trajectory: Trajectory) 
         "thrust": wrench[:, :, 0],
         "moment": wrench[:, :, 1:],
         "saturated": at_limit.any(axis=2),
+        "attached": attached > 0.5,
+        **({"wind": wind[0]} if wind else {}),
     }
 
 

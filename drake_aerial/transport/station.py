@@ -16,6 +16,7 @@ from pydrake.systems.primitives import ConstantVectorSource, Multiplexer, Vector
 
 from drake_aerial.control.allocation import Allocation
 from drake_aerial.control.attitude import AttitudeController
+from drake_aerial.control.controller import PayloadController
 from drake_aerial.control.take_off import FlightPhase
 from drake_aerial.control.trajectory import Trajectory
 from drake_aerial.errors import InputError
@@ -49,8 +50,9 @@ class TransportStation(Diagram):
     | in `attitude.thrust_vectors` | 3 n | commanded thrusts in the world [N] (without a controller inside) |
     | out `payload.state` | 13 | w x y z, position, angular and linear velocity of L in the world |
     | out `quadrotors.state` | 13 n | the same of each Q |
-    | out `perception.payload_state`, `.quadrotor_states`, `.cable_directions` | 13, 13 n, 6 n | what is measured |
+    | out `perception.payload_state`, `.quadrotor_states`, `.cable_directions`, `.attached` | 13, 13 n, 6 n, n | what is measured |
     | out `cables.tension` | n | [N] |
+    | out `cables.attached` | n | 1 where a gripper holds, 0 where it let go |
     | out `controller.thrust_vectors`, `controller.phase` | 3 n, 1 | (with a controller inside) |
     | out `propellers.command` | 4 n | squared speeds within their limits [rpm^2] |
     | out `propellers.squared_speed` | 4 n | [rpm^2]; the command itself where motors have no lag |
@@ -142,6 +144,7 @@ class TransportStation(Diagram):
         builder.Connect(wanted, commands)
 
         self.cable_system = connect_cables(builder, plant, self.cables, payload_state, quadrotor_states)
+        builder.Connect(self.cable_system.attached_port, self.perception.GetInputPort("attached"))
         applied = [forces] if self.cable_system.forces is None else [forces, self.cable_system.forces]
         self.wind: Wind | None = None
         if parameters.wind is not None:
@@ -166,7 +169,8 @@ class TransportStation(Diagram):
         self._export(builder, self.cable_system.tension, "cables.tension", log=True)
         self._export(builder, limited, "propellers.command", log=True)
         self._export(builder, turning, "propellers.squared_speed", log=True)
-        for name in ("payload_state", "quadrotor_states", "cable_directions"):
+        self._export(builder, self.cable_system.attached_port, "cables.attached", log=True)
+        for name in ("payload_state", "quadrotor_states", "cable_directions", "attached"):
             self._export(builder, self.perception.GetOutputPort(name), f"perception.{name}")
         self._export(builder, plant.get_contact_results_output_port(), "plant.contact_results")
         self._export(builder, self.scene_graph.get_query_output_port(), "scene_graph.query")
@@ -179,7 +183,7 @@ class TransportStation(Diagram):
                 f"a controller needs an output port thrust_vectors ({3 * n}), in the world [N]; this one has none"
             )
         # A controller need not look at everything.
-        for name in ("payload_state", "quadrotor_states", "cable_directions"):
+        for name in ("payload_state", "quadrotor_states", "cable_directions", "attached"):
             if controller.HasInputPort(name):
                 builder.Connect(self.perception.GetOutputPort(name), controller.GetInputPort(name))
         thrusts = controller.GetOutputPort("thrust_vectors")
@@ -250,10 +254,13 @@ class TransportStation(Diagram):
         self.perception.set_seed(self.perception.GetMyMutableContextFromRoot(context), seed)
         if self.wind is not None:
             self.wind.set_seed(self.wind.GetMyMutableContextFromRoot(context), seed)
-        # Turning as they must for what each carries now.
+        # Pushing and turning as they must for what each carries now; the controller's first tick is one step away.
         team = parameters.quadrotors(self.n)
         thrust = GRAVITY * np.array([q.mass for q in team]) + carried
         squares = np.repeat([u / (4.0 * q.thrust_coefficient) for u, q in zip(thrust, team, strict=True)], 4)
+        if isinstance(self.controller, PayloadController):
+            upwards = thrust[:, None] * np.array([0.0, 0.0, 1.0])
+            self.controller.set_thrusts(self.controller.GetMyMutableContextFromRoot(context), upwards)
         if self.motors is not None:
             self.motors.set_speeds(self.motors.GetMyMutableContextFromRoot(context), np.sqrt(squares))
         if self.hold is not None:

@@ -107,6 +107,14 @@ class TrialResult:
         m = self.metrics
 
         ended = f" at {m['outcome_time_s']:.2f} s: {m['outcome_reason']}" if m["outcome_reason"] else ""
+        after = m.get("after_drop")
+        if after is not None:
+            rest = (
+                "the others held the payload"
+                if after["outcome"] == "held"
+                else f"{after['outcome']}: {after['reason']}"
+            )
+            ended += f"; {rest} ({after['time_s'] - m['outcome_time_s']:.2f} s later)"
         if m["position_rmse_m"] is None:
             return f"{self.outcome}{ended}\nnothing was flown that is scored"
         circle = m["circle_position_rmse_m"]

@@ -29,6 +29,7 @@ def test_a_constant_wind_deflects_as_statics_has_it(hang):
     assert result.metrics["outcome"] == "completed"
     s = result.series
     assert np.ptp(s["payload_position"][-200:], axis=0).max() < 2e-3
+    assert s["wind"] == pytest.approx(np.tile([1.2, 0.0, 0.0], (len(s["time"]), 1)))
 
     # All in the x-z plane. The wind pushes on the box's centre, the cable pulls on the contact above it: it hangs along
     # the cable, tilted by a about y, with its faces tilted too.
@@ -96,11 +97,14 @@ def test_a_flight_with_slow_motors_in_a_gust_completes_and_repeats(hang, quick, 
     for name, value in first.series.items():
         assert (value == again.series[name]).all(), name
     assert (first.series["payload_position"] != other.series["payload_position"]).any()
+    assert first.series["wind"].shape == first.series["payload_position"].shape
+    assert (first.series["wind"] != other.series["wind"]).any()
     assert first.metrics["configuration"]["station"]["wind"]["gust"] == [0.0, 1.0, 0.0]
 
 
 def test_slow_motors_start_at_the_speed_that_carries(hang):
     parameters = StationParameters(noise=0.0, motor_lag=0.03)
     result = hover(hang(), 1.0, "mpc", parameters)
+    assert "wind" not in result.series
     assert result.series["thrust"][0, 0] == pytest.approx((M + m) * G, rel=1e-6)
     assert result.metrics["position_max_m"] < 0.01

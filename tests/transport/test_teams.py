@@ -15,6 +15,7 @@ from drake_aerial.transport.flight import Flight
 from drake_aerial.transport.station import make_transport_station
 from drake_aerial.transport.station_parameters import StationParameters
 from drake_aerial.transport.suspension import Suspension
+from drake_aerial.transport.trial_result import TrialResult
 
 G = 9.81
 TRIANGLE = np.array([[-0.1, -0.2, 0.14], [0.25, 0.02, 0.14], [-0.2, 0.2, 0.14]])
@@ -83,7 +84,8 @@ def test_an_unequal_team_takes_off_from_the_ground(quick):
     assert result.metrics["configuration"]["station"]["quadrotor"][1]["mass"] == 0.4
 
 
-def test_the_order_of_the_team_does_not_matter():
+@pytest.mark.parametrize("controller", ["mpc", "geometric_ff"])
+def test_the_order_of_the_team_does_not_matter(controller):
     parameters = StationParameters(quadrotor=TEAM, cable=CABLES, gripper=GRIPPERS, noise=0.0)
     order = [2, 0, 1]
     turned = replace(
@@ -92,10 +94,30 @@ def test_the_order_of_the_team_does_not_matter():
         cable=[CABLES[i] for i in order],
         gripper=[GRIPPERS[i] for i in order],
     )
-    a = hover(TRIANGLE, parameters, 1.0, controller="geometric_ff").series
-    b = hover(TRIANGLE[order], turned, 1.0, controller="geometric_ff").series
+    a = hover(TRIANGLE, parameters, 1.0, controller=controller).series
+    b = hover(TRIANGLE[order], turned, 1.0, controller=controller).series
     assert b["thrust"] == pytest.approx(a["thrust"][:, order], abs=1e-3)
     assert b["payload_position"] == pytest.approx(a["payload_position"], abs=1e-5)
+
+
+@pytest.mark.parametrize("n", range(1, 7))
+def test_a_result_of_any_team_comes_back_from_its_files(n, tmp_path):
+    angle = 2.0 * np.pi * np.arange(n) / n
+    contacts = np.stack([0.25 * np.cos(angle), 0.25 * np.sin(angle), np.full(n, 0.14)], axis=1)
+    cables = tuple(CableParameters(length=0.5 + 0.05 * i) for i in range(n))
+    result = hover(contacts if n > 1 else [[0.0, 0.0, 0.14]], StationParameters(cable=cables), 0.2)
+    assert result.metrics["outcome"] == "completed"
+    assert result.series["moment"].shape == (len(result.series["time"]), n, 3)
+    result.save(tmp_path)
+    loaded = TrialResult.load(tmp_path)
+    assert loaded.metrics == result.metrics
+    assert loaded.phase_names == result.phase_names
+    assert set(loaded.series) == set(result.series)
+    for name, value in result.series.items():
+        assert (loaded.series[name] == value).all(), name
+    for name in ("p_LC", "cable_length", "vertices", "faces"):
+        assert (getattr(loaded, name) == getattr(result, name)).all(), name
+    assert len(loaded.cable_length) == n
 
 
 @pytest.mark.parametrize("what", ["quadrotor", "cable", "gripper"])
