@@ -323,6 +323,7 @@ def _fly(arguments: argparse.Namespace) -> int:
 
 def _study(arguments: argparse.Namespace) -> int:
     from drake_aerial import StudyPlan, run_study
+    from drake_aerial.study.report import write_report
     from drake_aerial.study.workers import default_workers
 
     plan = StudyPlan.read(arguments.plan).chosen(
@@ -342,9 +343,10 @@ def _study(arguments: argparse.Namespace) -> int:
     with _progress("study") as bar:
         progress = bar if sys.stderr.isatty() else _logged("study")
         summary = run_study(plan, arguments.out, workers=workers, scheduler=arguments.scheduler, progress=progress)
+        report = write_report(arguments.out, progress=progress) if summary.outcomes else None
     for complaint in (*summary.complaints, *summary.errors):
         print(f"drake-aerial study: {complaint}", file=sys.stderr)
-    _report(arguments.json, summary.to_dict(), str(summary))
+    _report(arguments.json, summary.to_dict(), f"{summary}\n{report or 'no report: there are no records'}")
     return 1 if summary.errors else 0
 
 

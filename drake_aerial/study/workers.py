@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import logging
 import os
 import time
@@ -177,13 +178,17 @@ def hired(workers: int = 0, scheduler: str | None = None) -> Iterator[Workers]:
         raise InputError(
             f"{wanted} needs Dask, which is not installed: pip install 'drake-aerial[study]', or give --workers 0"
         ) from error
+    # What is garbage here, renderers among it, must not be freed by one of the cluster's threads: they would hang.
+    gc.collect()
     one_thread = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")}
     settings = {
         "distributed.nanny.pre-spawn-environ": {
             **dask.config.get("distributed.nanny.pre-spawn-environ", {}),
             **one_thread,
         },
-        "distributed.comm.timeouts.connect": "15s",
+        # On a busy machine a flight may keep its worker from answering for long; one that dies is noticed at once anyway.
+        "distributed.comm.timeouts.connect": "60s",
+        "distributed.scheduler.worker-ttl": "1 hour",
     }
     with dask.config.set(settings):
         if scheduler is not None:
@@ -199,7 +204,7 @@ def hired(workers: int = 0, scheduler: str | None = None) -> Iterator[Workers]:
                 n_workers=workers,
                 threads_per_worker=1,
                 processes=True,
-                dashboard_address=None,
+                dashboard_address="127.0.0.1:0",
                 memory_limit=0,
                 silence_logs=logging.ERROR,
             ) as cluster,
