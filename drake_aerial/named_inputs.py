@@ -21,6 +21,13 @@ def read_skill(name_or_path: str | Path, *, seed: int = 0) -> ContactSkill:
     ------
     InputError
         If there is no such file or demonstration, or the file is not a skill that this version reads.
+
+    Examples
+    --------
+    >>> from drake_aerial import read_skill
+    >>> skill = read_skill("formation")
+    >>> skill.label, len(skill)
+    ('formation', 3)
     """
     from drake_aerial.learning.demonstration import Demonstration
     from drake_aerial.learning.learn import learn
@@ -56,6 +63,12 @@ def read_scan(
     ------
     InputError
         If it is neither, or the cloud is refused.
+
+    Examples
+    --------
+    >>> from drake_aerial import read_scan
+    >>> read_scan("box_68x61x28").extent.round(2).tolist()
+    [0.68, 0.61, 0.28]
     """
     import trimesh
 

@@ -1,6 +1,7 @@
 """Every public name says what it is; those of the root also give shapes and units of the arrays they take or hold."""
 
 import ast
+import doctest
 import inspect
 from pathlib import Path
 
@@ -57,3 +58,25 @@ def test_root_names_exist_and_document_shapes_and_units(name):
     if array_members(value):
         assert "[" in text, f"{name} holds or takes arrays and gives no unit in square brackets"
     assert ".." not in name
+
+
+LONG = {"run_demo"}
+"""What has no example: the demo takes a minute, and README shows it."""
+
+
+def examples(name: str) -> list[doctest.DocTest]:
+    """Return the examples of a public name and of its own methods."""
+    value = getattr(drake_aerial, name)
+    found = doctest.DocTestFinder(exclude_empty=True).find(value, name, globs={})
+    return [example for example in found if example.examples]
+
+
+@pytest.mark.parametrize("name", sorted(set(drake_aerial.__all__) - LONG))
+def test_root_names_have_examples_that_run(name):
+    found = examples(name)
+    if not (inspect.isclass(getattr(drake_aerial, name)) and name.endswith(("Error", "Summary"))):
+        assert found, f"{name} has no example"
+    for example in found:
+        lines: list[str] = []
+        result = doctest.DocTestRunner().run(example, out=lines.append)
+        assert result.failed == 0, "".join(lines)

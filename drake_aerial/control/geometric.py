@@ -111,6 +111,14 @@ class GeometricController(PayloadController):
     feedforward : bool
         Whether the desired cables' rate is fed forward, by differencing mu between ticks.
     gains : GeometricGains
+
+    Examples
+    --------
+    >>> from drake_aerial import GeometricController
+    >>> from drake_aerial.control.payload_parameters import PayloadModelParameters
+    >>> belief = PayloadModelParameters(mass=0.25, inertia=[[6e-3, 0, 0], [0, 5.9e-3, 0], [0, 0, 1.07e-2]], p_LC=[[0, 0, 0.14]])
+    >>> GeometricController(belief, feedforward=True).GetInputPort("quadrotor_states").size()
+    13
     """
 
     def __init__(

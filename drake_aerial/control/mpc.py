@@ -100,6 +100,14 @@ class PayloadMpc(PayloadController):
     field_of_view : float, optional
         Full angle [rad] of a camera under each quadrotor that looks against the thrust. The payload is kept in its
         view as a soft constraint; None is off.
+
+    Examples
+    --------
+    >>> from drake_aerial import PayloadMpc
+    >>> from drake_aerial.control.payload_parameters import PayloadModelParameters
+    >>> belief = PayloadModelParameters(mass=0.25, inertia=[[6e-3, 0, 0], [0, 5.9e-3, 0], [0, 0, 1.07e-2]], p_LC=[[0, 0, 0.14]])
+    >>> PayloadMpc(belief, integral_gain=0.3).GetOutputPort("thrust_vectors").size()
+    3
     """
 
     def __init__(

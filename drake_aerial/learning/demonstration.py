@@ -40,6 +40,13 @@ class Demonstration:
         One sentence for people.
     label : str
         The label that the learnt skill is stored under.
+
+    Examples
+    --------
+    >>> from drake_aerial import Demonstration, read_scan
+    >>> shown = Demonstration.make(read_scan("box_68x61x28"), [0.2, 0.0, 0.14], cable_length=0.6)
+    >>> shown.quadrotors.p.round(2).tolist()
+    [[0.2, 0.0, 0.74]]
     """
 
     name: str

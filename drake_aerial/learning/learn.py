@@ -43,6 +43,13 @@ def learn(demonstration: Demonstration, *, parameters: LearningParameters | None
     ------
     InputError
         If a gripper touches nothing, or the cloud has no surface features.
+
+    Examples
+    --------
+    >>> from drake_aerial import Demonstration, learn
+    >>> skill = learn(Demonstration.read("edge"))
+    >>> skill.label, len(skill)
+    ('edge', 1)
     """
     parameters = parameters or LearningParameters()
     cloud_N, X_SN = to_canonical(demonstration.cloud)

@@ -53,6 +53,18 @@ class ContactSkill:
         The task model.
     configuration : ConfigurationModel
         The configuration model.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from drake_aerial import ContactSkill, read_skill
+    >>> skill = read_skill("flat")
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     skill.save(Path(folder) / "flat.npz")
+    ...     again = ContactSkill.load(Path(folder) / "flat.npz")
+    >>> again.to_bytes() == skill.to_bytes()
+    True
     """
 
     label: str

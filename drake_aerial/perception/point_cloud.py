@@ -40,6 +40,15 @@ class PointCloud:
         Hash of the points as read (finite rows, float64 little-endian bytes); later transformations keep it.
     dropped_points : int
         Number of non-finite rows that were dropped, as depth cameras give them.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from drake_aerial import PointCloud
+    >>> points = np.random.default_rng(0).uniform(-0.2, 0.2, (5000, 3)) * [1.0, 1.0, 0.0]
+    >>> cloud = PointCloud.read(points, viewpoint=[0.0, 0.0, 1.0])
+    >>> len(cloud), cloud.up.tolist()
+    (5000, [0.0, 0.0, 1.0])
     """
 
     points: Array

@@ -98,6 +98,14 @@ class SurfaceFeatures:
         Radius of the neighbourhoods [m].
     edge_saliency : float
         Saliency that rim points are given.
+
+    Examples
+    --------
+    >>> from drake_aerial import compute_features, read_scan
+    >>> features = compute_features(read_scan("box_68x61x28"))
+    >>> edges = features.take(features.saliency > 0.9)
+    >>> bool(len(edges) < 0.2 * len(features)), bool(edges.r[:, 0].min() > 0.0)  # few, and convex
+    (True, True)
     """
 
     p: Array
@@ -192,6 +200,15 @@ def compute_features(cloud: PointCloud, parameters: FeatureParameters | None = N
     ------
     InputError
         If no part of the cloud has `min_neighbours` points within rho of each of its points.
+
+    Examples
+    --------
+    >>> import trimesh
+    >>> from drake_aerial import PointCloud, compute_features
+    >>> ball = PointCloud.read(trimesh.creation.icosphere(subdivisions=4, radius=0.15))
+    >>> features = compute_features(ball)
+    >>> features.r.mean(axis=0).round(2).tolist()  # rho over the radius: 0.03 / 0.15
+    [0.2, 0.2]
     """
     parameters = parameters or FeatureParameters()
     if parameters.voxel_size > 0.0:

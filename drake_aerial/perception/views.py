@@ -59,6 +59,15 @@ def partial_view(
     ------
     InputError
         If the mesh has no triangles, nothing of it is in view, or a parameter is impossible.
+
+    Examples
+    --------
+    >>> import trimesh
+    >>> from drake_aerial import partial_view
+    >>> box = trimesh.creation.box([0.6, 0.4, 0.2])
+    >>> view = partial_view(box, [0.0, 0.0, 2.0])
+    >>> bool(abs(view.points[:, 2] - 0.1).max() < 1e-5)  # its top face is all that is seen from above
+    True
     """
     geometry = read_geometry(mesh)
     if geometry.faces is None:

@@ -134,6 +134,18 @@ def add_cable(
     ------
     ValueError
         If one of the bodies is the world: Drake's SAP solver crashes on such a constraint.
+
+    Examples
+    --------
+    >>> from pydrake.systems.framework import DiagramBuilder
+    >>> from drake_aerial import Payload, add_cable, add_gripper, add_payload, add_quadrotor
+    >>> from drake_aerial.plant.scene import add_plant
+    >>> plant, _ = add_plant(DiagramBuilder(), 0.002)
+    >>> box = add_payload(plant, Payload.from_box([0.4, 0.4, 0.2], 0.25))
+    >>> gripper = add_gripper(plant, box, [0.0, 0.0, 0.1], [0.0, 0.0, 1.0])
+    >>> cable = add_cable(plant, add_quadrotor(plant), gripper)
+    >>> cable.parameters.kind, cable.parameters.length
+    ('inextensible', 0.5)
     """
     parameters = CableParameters() if parameters is None else parameters
     payload = gripper.payload.body

@@ -30,6 +30,13 @@ class Dryden:
         across, up  s^2 T / pi (1 + 3 (T w)^2) / (1 + (T w)^2)^2
 
     and the autocorrelations s^2 exp(-|t| / T) and s^2 (1 - |t| / 2 T) exp(-|t| / T).
+
+    Examples
+    --------
+    >>> from drake_aerial import Dryden
+    >>> gusty = Dryden.low_altitude(altitude=10.0, wind_at_20_feet=8.0)
+    >>> [round(s, 1) for s in gusty.intensity]
+    [1.5, 1.5, 0.8]
     """
 
     intensity: tuple[float, float, float]

@@ -86,6 +86,17 @@ def add_gripper(
     parameters : GripperParameters, optional
     name : str
         Of the model instance and the body.
+
+    Examples
+    --------
+    >>> from pydrake.systems.framework import DiagramBuilder
+    >>> from drake_aerial import Payload, add_gripper, add_payload
+    >>> from drake_aerial.plant.scene import add_plant
+    >>> plant, _ = add_plant(DiagramBuilder(), 0.002)
+    >>> box = add_payload(plant, Payload.from_box([0.4, 0.4, 0.2], 0.25))
+    >>> gripper = add_gripper(plant, box, [0.0, 0.0, 0.1], [0.0, 0.0, 1.0])
+    >>> gripper.p_LC.tolist(), gripper.parameters.holding_force
+    ([0.0, 0.0, 0.1], 20.0)
     """
     parameters = GripperParameters() if parameters is None else parameters
     normal = np.asarray(normal_L, dtype=float)

@@ -40,6 +40,15 @@ class Payload:
         Its surface in P, triangles counter-clockwise seen from outside.
     X_SP : Pose
         P's pose in the scan's frame S; identity by default.
+
+    Examples
+    --------
+    >>> from drake_aerial import Payload
+    >>> box = Payload.from_box([0.6, 0.4, 0.2], mass=0.3)
+    >>> box.inertia.diagonal().round(4).tolist()
+    [0.005, 0.01, 0.013]
+    >>> Payload.read("bunny").com.tolist()  # at the neck, as in the paper
+    [-0.15, -0.025, 0.285]
     """
 
     name: str

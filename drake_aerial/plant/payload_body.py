@@ -66,6 +66,16 @@ def add_payload(plant: MultibodyPlant, payload: Payload, *, name: str = "payload
     ------
     InputError
         If Drake refuses the mass properties, or the shape has no volume to collide with.
+
+    Examples
+    --------
+    >>> from pydrake.systems.framework import DiagramBuilder
+    >>> from drake_aerial import Payload, add_payload
+    >>> from drake_aerial.plant.scene import add_plant
+    >>> plant, _ = add_plant(DiagramBuilder(), 0.002)
+    >>> box = add_payload(plant, Payload.from_box([0.4, 0.4, 0.2], 0.25))
+    >>> float(box.body.default_mass())
+    0.25
     """
     instance = plant.AddModelInstance(name)
     J = payload.inertia

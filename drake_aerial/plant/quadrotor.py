@@ -134,6 +134,16 @@ def add_quadrotor(
     parameters : QuadrotorParameters, optional
     name : str
         Of the model instance and the body.
+
+    Examples
+    --------
+    >>> from pydrake.systems.framework import DiagramBuilder
+    >>> from drake_aerial import add_quadrotor
+    >>> from drake_aerial.plant.scene import add_plant
+    >>> plant, _ = add_plant(DiagramBuilder(), 0.002)
+    >>> quadrotor = add_quadrotor(plant)
+    >>> round(quadrotor.parameters.thrust_limits[1], 2)
+    7.07
     """
     parameters = QuadrotorParameters() if parameters is None else parameters
     m = parameters.mass

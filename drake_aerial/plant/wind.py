@@ -32,6 +32,13 @@ class WindParameters:
     The wind is the same everywhere at a time, and pushes on the payload and on the quadrotors. Not modelled: the quadrotors' downwash on
     the payload and on one another, the drag of cables and grippers, lift and aerodynamic moments, what inflow does to the propellers'
     thrust, and how turbulence differs between two places or with height.
+
+    Examples
+    --------
+    >>> from drake_aerial import StationParameters, WindParameters
+    >>> breeze = WindParameters(mean=(3.0, 0.0, 0.0), gust=(0.0, 2.0, 0.0), gust_start=8.0)
+    >>> StationParameters(wind=breeze).wind.mean
+    (3.0, 0.0, 0.0)
     """
 
     mean: Three = (0.0, 0.0, 0.0)

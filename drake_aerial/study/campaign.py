@@ -108,6 +108,19 @@ def run_study(
         For a bad plan, or a folder that holds another study or records that this one does not make.
     JobError
         If the cluster is lost; the same call goes on.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from drake_aerial import Condition, StudyPlan, run_study
+    >>> from drake_aerial.control.trajectory import HoverTrajectory
+    >>> from drake_aerial.study.plan import Flights
+    >>> middle = ("middle", ((0.0, 0.0, 0.14),))
+    >>> held = Condition("held", "box_68x68x28", trajectory=HoverTrajectory(hover_time=1.0), contacts=(middle,))
+    >>> plan = StudyPlan("small", (held,), (Flights(("held",), ("task",), solutions=1, trials=2),))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     run_study(plan, folder).outcomes
+    {'completed': 2}
     """
     plan = plan if isinstance(plan, StudyPlan) else StudyPlan.read(plan)
     report = progress or (lambda fraction, what: None)

@@ -70,6 +70,12 @@ class Condition:
         Standard deviation of the measured payload position [m].
     contacts : tuple of (label, positions)
         Contacts that are given instead of transferred, in the payload's frame [m]; the labels stand for methods.
+
+    Examples
+    --------
+    >>> from drake_aerial import Condition
+    >>> Condition("A", "box_68x61x28", demonstration="flat", view="top").controller
+    'mpc'
     """
 
     name: str

@@ -74,6 +74,13 @@ class StudyPlan:
     flights : tuple of Flights
     fly_infeasible : bool
         Whether solutions with reasons against them are flown too, where they can be.
+
+    Examples
+    --------
+    >>> from drake_aerial import StudyPlan
+    >>> plan = StudyPlan.read("paper")
+    >>> [condition.name for condition in plan.conditions]
+    ['A', 'B', 'B_centroid', 'C', 'D', 'E', 'F', 'G', 'H']
     """
 
     name: str

@@ -71,6 +71,20 @@ def write_report(folder: str | Path, *, progress: Progress | None = None) -> Rep
     ------
     InputError
         If there is not one record that can be read.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from drake_aerial import Condition, StudyPlan, run_study, write_report
+    >>> from drake_aerial.control.trajectory import HoverTrajectory
+    >>> from drake_aerial.study.plan import Flights
+    >>> middle = ("middle", ((0.0, 0.0, 0.14),))
+    >>> held = Condition("held", "box_68x68x28", trajectory=HoverTrajectory(hover_time=1.0), contacts=(middle,))
+    >>> plan = StudyPlan("small", (held,), (Flights(("held",), ("task",), solutions=1, trials=2),))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = run_study(plan, folder)
+    ...     write_report(folder).page.name
+    'report.html'
     """
     tell = progress or (lambda fraction, what: None)
     folder = Path(folder)

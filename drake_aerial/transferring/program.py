@@ -97,11 +97,13 @@ class ContactProgram:
 
     Examples
     --------
-    Keep the contact on the side of positive x::
-
-        program = ContactProgram(skill, solutions.evidence, solutions[0])
-        program.prog().AddLinearConstraint(program.positions()[0, 0] >= 0.05)
-        better = program.solve("snopt").solution
+    >>> from drake_aerial import ContactProgram, read_scan, read_skill, transfer
+    >>> skill = read_skill("flat")
+    >>> contacts = transfer(skill, read_scan("box_68x68x28"), top=1)
+    >>> program = ContactProgram(skill, contacts.evidence, contacts[0])
+    >>> constraint = program.prog().AddLinearConstraint(program.positions()[0, 0] >= 0.05)  # keep to positive x
+    >>> round(float(program.solve().solution.X_SG.p[0, 0]), 3)
+    0.05
     """
 
     def __init__(

@@ -75,6 +75,14 @@ def refine(
     InputError
         If the solutions carry no evidence (they were read from a file), no likelihood (`centroid`), come from a skill
         of another number of grippers, the solver is unknown, or `top` is less than 1.
+
+    Examples
+    --------
+    >>> from drake_aerial import read_scan, read_skill, refine, transfer
+    >>> skill = read_skill("flat")
+    >>> contacts = transfer(skill, read_scan("box_68x68x28"), top=1)
+    >>> bool(refine(skill, contacts).best.log_likelihood >= contacts.best.log_likelihood)
+    True
     """
     if solutions.evidence is None:
         raise InputError(

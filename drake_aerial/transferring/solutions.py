@@ -102,6 +102,15 @@ class ContactSolutions:
     solutions : tuple of Solution
     evidence : Evidence or None
         What they were found from, for pictures; not written to the file.
+
+    Examples
+    --------
+    >>> import json
+    >>> from drake_aerial import read_scan, read_skill, transfer
+    >>> contacts = transfer(read_skill("flat"), read_scan("box_68x68x28"), method="centroid")
+    >>> document = json.loads(contacts.to_json())
+    >>> document["schema"], document["solutions"][0]["feasible"]
+    ('drake_aerial/contacts', True)
     """
 
     method: str

@@ -79,6 +79,13 @@ def transfer(
         If the method is unknown, or the cloud has no surface features.
     JobError
         If votes or contact density are zero on the whole cloud; the message says which.
+
+    Examples
+    --------
+    >>> from drake_aerial import read_scan, read_skill, transfer
+    >>> contacts = transfer(read_skill("flat"), read_scan("box_68x68x28"), top=1)
+    >>> bool(abs(contacts.best.X_SG.p[0] - [0.0, 0.0, 0.14]).max() < 0.02)  # the middle of the top
+    True
     """
     parameters = parameters or TransferParameters()
     if method not in METHODS:

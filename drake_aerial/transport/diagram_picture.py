@@ -52,6 +52,17 @@ def write_diagram_picture(path: str | Path, diagram: System, *, depth: int | Non
         For another suffix; for a drawing where `dot` is not installed.
     JobError
         If `dot` fails.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from drake_aerial import Payload, make_transport_station, write_diagram_picture
+    >>> station = make_transport_station(Payload.from_box([0.4, 0.4, 0.2], 0.25), [[0.0, 0.0, 0.1]])
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_diagram_picture(Path(folder) / "station.dot", station)
+    ...     "transport_station" in (Path(folder) / "station.dot").read_text()
+    True
     """
     suffix = Path(path).suffix.lower()
     if suffix not in SOURCES + DRAWINGS:

@@ -37,6 +37,15 @@ class FlightOptions:
     ------
     InputError
         For an unknown belief or controller, or a time that is negative.
+
+    Examples
+    --------
+    >>> from drake_aerial import FlightOptions
+    >>> FlightOptions(belief="true", cable="elastic").station_parameters.cable.kind
+    'elastic'
+    >>> FlightOptions(belief="centre")
+    Traceback (most recent call last):
+    drake_aerial.errors.InputError: no belief 'centre': give one of below_contact, geometric, true
     """
 
     belief: str = "below_contact"

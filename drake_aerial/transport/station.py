@@ -309,6 +309,13 @@ def make_transport_station(
     ------
     InputError
         If the propellers cannot lift the weight, the elastic cables' step is unstable, or a parameter is bad.
+
+    Examples
+    --------
+    >>> from drake_aerial import Payload, make_transport_station
+    >>> station = make_transport_station(Payload.from_box([0.4, 0.4, 0.2], 0.25), [[0.0, 0.0, 0.1]])
+    >>> station.GetOutputPort("cables.tension").size(), station.GetInputPort("attitude.thrust_vectors").size()
+    (1, 3)
     """
     return TransportStation(payload, p_LC, normal_L, controller, parameters or StationParameters(), force)
 

@@ -23,6 +23,14 @@ class StationParameters:
     """The team and its sensors.
 
     Quadrotors, cables and grippers are each given once, for a team of equals, or as a sequence with one entry per contact.
+
+    Examples
+    --------
+    >>> from drake_aerial import StationParameters
+    >>> from drake_aerial.plant.cable import CableParameters
+    >>> unequal = StationParameters(cable=[CableParameters(length=0.5), CableParameters(length=0.8)])
+    >>> unequal.cable_lengths(2).tolist()
+    [0.5, 0.8]
     """
 
     quadrotor: QuadrotorParameters | Sequence[QuadrotorParameters] = field(default_factory=QuadrotorParameters)

@@ -29,7 +29,16 @@ def prepare_flight(
     options: FlightOptions | None = None,
     **changes: Any,
 ) -> Flight:
-    """Return the `Flight` of one contact solution, to be run with many seeds; parameters and errors as of `fly`."""
+    """Return the `Flight` of one contact solution, to be run with many seeds; parameters and errors as of `fly`.
+
+    Examples
+    --------
+    >>> from drake_aerial import prepare_flight, read_scan, read_skill, transfer
+    >>> contacts = transfer(read_skill("flat"), read_scan("box_68x68x28"), method="centroid")
+    >>> flight = prepare_flight(contacts, payload="box_68x68x28", trajectory="hover")
+    >>> flight.model.p_LLcm[:2].round(3).tolist() == flight.model.p_LC[0, :2].round(3).tolist()  # belief: below the contact
+    True
+    """
     from drake_aerial.transferring.solutions import ContactSolutions
 
     beside = None
@@ -110,6 +119,15 @@ def fly(
     JobError
         If what was asked for is known not to fly, and `force` is not set: the solution is marked infeasible, or taut cables cannot hold the
         payload by these contacts (all on one side of its true centre of mass, more tension than a quadrotor lifts).
+
+    Examples
+    --------
+    >>> from drake_aerial import fly, read_scan, read_skill, transfer
+    >>> from drake_aerial.control.trajectory import HoverTrajectory
+    >>> contacts = transfer(read_skill("flat"), read_scan("box_68x68x28"), method="centroid")
+    >>> result = fly(contacts, payload="box_68x68x28", trajectory=HoverTrajectory(hover_time=1.0))
+    >>> result.outcome, result.metrics["position_rmse_m"] < 0.02
+    ('completed', True)
     """
     flight = prepare_flight(
         contacts,

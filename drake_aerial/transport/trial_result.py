@@ -38,6 +38,17 @@ class TrialResult:
         Contacts in L [m].
     cable_length : (n,) array
         [m]
+
+    Examples
+    --------
+    >>> from drake_aerial import Payload
+    >>> from drake_aerial.control.trajectory import HoverTrajectory
+    >>> from drake_aerial.transport.flight import Flight
+    >>> from drake_aerial.transport.suspension import Suspension
+    >>> held = Suspension.hang(Payload.from_box([0.4, 0.4, 0.2], 0.25), [[0.0, 0.0, 0.1]], [[0.0, 0.0, 1.0]])
+    >>> result = Flight(held, trajectory=HoverTrajectory(hover_time=0.5)).run(0)
+    >>> result.series["tension"].shape, round(float(result.series["tension"][-1, 0]), 1)
+    ((51, 1), 2.5)
     """
 
     metrics: dict[str, Any]
