@@ -35,6 +35,10 @@ class Finding:
         As written, after `factor` has been applied.
     detail : str
         More figures, or why it was not tested.
+    digits : int
+        Behind the point.
+    counted : bool
+        Whether the verdict rests on it: not on conditions that the paper does not have.
     """
 
     condition: str
@@ -45,6 +49,7 @@ class Finding:
     unit: str = ""
     detail: str = ""
     digits: int = 2
+    counted: bool = True
 
     def text(self) -> str:
         """Return the figure with its interval, as written."""
@@ -106,6 +111,7 @@ class Claim:
                     "high": f.figure[2],
                     "unit": f.unit,
                     "detail": f.detail,
+                    "counted": f.counted,
                 }
                 for f in self.findings
             ],
@@ -114,12 +120,13 @@ class Claim:
 
 
 def verdict(findings: Sequence[Finding]) -> str:
-    """Return the verdict over conditions and beliefs.
+    """Return the verdict over the conditions that count and over beliefs.
 
     Within a belief: "holds" if it holds in every condition tested, "holds in A, C only" if in some, "undecided" if
     every interval allows both, "does not hold" otherwise.
     Over beliefs: that, if all agree; "holds under belief X" if it holds in full under X alone; each belief's own otherwise.
     """
+    findings = [f for f in findings if f.counted]
     words = {
         belief: _of_conditions([f for f in findings if f.belief == belief])
         for belief in sorted({f.belief for f in findings}, key=lambda b: position(BELIEF_ORDER, b))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -63,8 +64,9 @@ def flight_claims(
     timelines : mapping of Group to Timeline
         For the spreads; groups without series are not tested.
     """
-    tested = [group for group in groups if group.method == BASELINE and group.condition in paper_conditions(conditions)]
-    tested = [group for group in tested if group.inertia == claims_inertia(groups)]
+    tested = [group for group in groups if group.method == BASELINE and group.inertia == claims_inertia(groups)]
+    counted = paper_conditions(conditions)
+    tested.sort(key=lambda group: group.condition not in counted)
     claims = []
     for key, text, quantity in MEANS:
         findings = [
@@ -73,6 +75,7 @@ def flight_claims(
             for baseline in tested
             if baseline.other(method) in groups
         ]
+        findings = [replace(f, counted=f.condition in counted) for f in findings]
         unit = BY_KEY[quantity].unit
         figure = f"{BY_KEY[quantity].name}: ours minus the baseline's, mean over pairs of flights [{unit}]"
         claims.append(_claim(key, text, _PAIRED_RULE, figure, findings, _why(findings, groups, quantity)))
@@ -83,6 +86,7 @@ def flight_claims(
             for baseline in tested
             if baseline.other(method) in groups
         ]
+        findings = [replace(f, counted=f.condition in counted) for f in findings]
         figure = f"spread of the {name.replace('_', ' ')} over time: ours over the baseline's"
         claims.append(_claim(key, text, _SPREAD_RULE, figure, findings, ()))
     order = ["position", "velocity", "position_spread", "attitude_spread", "attitude", "thrust", "moments"]
@@ -176,7 +180,7 @@ def _why(findings: Sequence[Finding], groups: Mapping[Group, list[Record]], key:
     """Say, where a finding does not hold, how far the contacts lie from below the centre of mass and whether that explains the quantity."""
     reasons = []
     for finding in findings:
-        if finding.outcome not in (WORSE, UNDECIDED):
+        if finding.outcome not in (WORSE, UNDECIDED) or not finding.counted:
             continue
         inertia = claims_inertia(groups)
         ours = Group(finding.condition, finding.subject, finding.belief, inertia)
@@ -191,12 +195,11 @@ def _why(findings: Sequence[Finding], groups: Mapping[Group, list[Record]], key:
         explains = (
             ""
             if rank is None
-            else f"; over all methods' solutions, its rank correlation with that offset is {rank:.2f}"
+            else f"; rank correlation of the figure with that distance over all solutions: {rank:.2f}"
         )
-        under = f" under {finding.belief}" if finding.belief else ""
+        where = ", ".join(part for part in (finding.condition, finding.belief, finding.subject) if part)
         reasons.append(
-            f"{finding.condition}, {finding.subject}{under} ({finding.outcome}): contacts lie off the centre of mass's vertical by "
-            f"{' and '.join(sides)} (median, range){explains}."
+            f"{where} ({finding.outcome}): contacts off the centre of mass's vertical, median and range: {', '.join(sides)}{explains}."
         )
     return reasons
 

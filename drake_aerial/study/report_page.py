@@ -228,7 +228,7 @@ def _row(cells: Mapping[tuple[str, str], dict[str, Any]], condition: str, method
 def _failures(cell: Mapping[str, Any]) -> str:
     failures = sum(cell[outcome] for outcome in FAILURES)
     text = f'<br><span class="bad">{failures} of {cell["flights"]} failed</span>' if failures else ""
-    return text if cell["flights"] else '<span class="bad">nothing to fly</span>'
+    return text if cell["flights"] else '<br><span class="bad">nothing to fly</span>'
 
 
 def _claims(claims: Sequence[Claim]) -> list[str]:
@@ -243,7 +243,7 @@ def _claims(claims: Sequence[Claim]) -> list[str]:
         rows.append([f'<a href="#claim-{index}">{index}</a>', html.escape(claim.text), *cells])
     parts = [
         "Every verdict is computed from the records by a rule that stands with the claim below. <i>Undecided</i> means that the interval "
-        "allows both. A claim that is about contacts, or about the baseline, has one verdict.",
+        "allows both. Where the study has the paper's conditions (A to D), verdicts rest on them alone; others are shown and not counted. A claim that is about contacts, or about the baseline, has one verdict.",
         table(["", "the paper's claim", *map(method_name, subjects)], rows, left=2 + len(subjects)),
     ]
     for index, claim in enumerate(claims, 1):
@@ -256,7 +256,7 @@ def _claims(claims: Sequence[Claim]) -> list[str]:
 def _claim_details(index: int, claim: Claim, open_: bool) -> str:
     rows = [
         [
-            html.escape(f.condition),
+            html.escape(f.condition) + ("" if f.counted else ' <span class="muted">(not counted)</span>'),
             f"<code>{html.escape(f.belief)}</code>" if f.belief else "",
             method_name(f.subject),
             html.escape(f.text()),

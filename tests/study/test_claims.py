@@ -115,3 +115,11 @@ def test_a_top_view_may_cost_a_centimetre(more, outcome):
     views = {"A": ("flat", "box", "top"), "A_full": ("flat", "box", "full"), "B": ("curved", "box", "full")}
     claim = top_view_claim(groups_of(records), views)
     assert [f.outcome for f in claim.findings] == [outcome]
+
+
+def test_conditions_that_the_paper_does_not_have_are_shown_and_do_not_count():
+    rng = np.random.default_rng(0)
+    records = method_study(rng, conditions=("A",)) + method_study(rng, conditions=("E",), ratio=0.3)
+    claim = flight_claims(groups_of(records), ("A", "E"), {})[0]
+    assert [(f.condition, f.outcome, f.counted) for f in claim.findings] == [("A", BETTER, True), ("E", WORSE, False)]
+    assert claim.verdicts == {"task": "holds"}
