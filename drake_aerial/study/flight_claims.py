@@ -78,6 +78,10 @@ def flight_claims(
         findings = [replace(f, counted=f.condition in counted) for f in findings]
         unit = BY_KEY[quantity].unit
         figure = f"{BY_KEY[quantity].name}: ours minus the baseline's, mean over pairs of flights [{unit}]"
+        if key == "attitude":
+            figure += (
+                "; it holds the heading, which a single cable does not control: the tilt, in the tables, is without"
+            )
         claims.append(_claim(key, text, _PAIRED_RULE, figure, findings, _why(findings, groups, quantity)))
     for key, text, name in SPREADS:
         findings = [

@@ -114,7 +114,14 @@ def test_a_top_view_may_cost_a_centimetre(more, outcome):
             records += [record(condition, "task", k, t, 0.02 + extra + 0.001 * rng.uniform()) for t in range(3)]
     views = {"A": ("flat", "box", "top"), "A_full": ("flat", "box", "full"), "B": ("curved", "box", "full")}
     claim = top_view_claim(groups_of(records), views)
-    assert [f.outcome for f in claim.findings] == [outcome]
+    assert [(f.condition, f.outcome) for f in claim.findings] == [("A v A_full", outcome)]
+
+
+def test_without_a_full_view_the_middle_of_a_box_is_the_measure():
+    records = [record("A", "task", k, t, 0.02 + 0.001 * k) for k in range(1, 6) for t in range(3)]
+    records += [record("A", "centroid", 1, t, 0.02) for t in range(3)]
+    claim = top_view_claim(groups_of(records), {"A": ("flat", "box", "top"), "G": ("edge", "box", "top")})
+    assert [(f.condition, f.outcome) for f in claim.findings] == [("A v A centroid", BETTER)]
 
 
 def test_conditions_that_the_paper_does_not_have_are_shown_and_do_not_count():
