@@ -192,6 +192,8 @@ def hired(workers: int = 0, scheduler: str | None = None) -> Iterator[Workers]:
     }
     with dask.config.set(settings):
         if scheduler is not None:
+            # What it would log of a lost scheduler, tracebacks and all, is said in one line.
+            logging.getLogger("distributed").setLevel(logging.CRITICAL)
             try:
                 client = Client(scheduler, timeout=15, set_as_default=False)
             except (OSError, ValueError, TimeoutError) as error:

@@ -34,8 +34,8 @@ conditions:
   - {name: A, title: a box, demonstration: flat, payload: box_68x61x28, view: top}
   - {name: C, title: a triangle, demonstration: formation, payload: hollow_triangle}
 flights:
-  - {conditions: [A], methods: [task, kopicki], solutions: 2, trials: 6}
-  - {conditions: [C], methods: [task, centroid], solutions: 1, trials: 6}
+  - {conditions: [A], methods: [task, kopicki], solutions: 2, trials: 12}
+  - {conditions: [C], methods: [task, centroid], solutions: 1, trials: 12}
 """
 CLI = [sys.executable, "-m", "drake_aerial.cli"]
 
@@ -69,7 +69,7 @@ def main() -> int:
                 where = ["--workers", str(arguments.workers)] if local else ["--scheduler", other.address]
                 process = subprocess.Popen([*command, str(stormy), *where], stderr=subprocess.PIPE, text=True)
                 # Somewhere on the way: at the start, while contacts are found, or some trials on, in the middle of the next.
-                await_records(process, stormy, before + max(dice.randint(-2, 8), 0))
+                await_records(process, stormy, before + max(dice.randint(-2, 6), 0))
                 alive(process, dice.uniform(0.0, 3.0))
                 if process.poll() is None:
                     kill(victim, process, other, dice)
@@ -104,6 +104,8 @@ def main() -> int:
         )
         for what, equal in same.items():
             print(f"  {what}: {'yes' if equal else 'NO'}")
+        if not same["records"]:
+            print(first_difference(wanted, records(stormy)))
         return 0 if all(same.values()) else 1
 
 
@@ -206,6 +208,14 @@ def records(folder: Path) -> list[dict]:
     """Return the records in the file's order, without their timing."""
     found = [json.loads(line) for line in (folder / "records.jsonl").read_text().splitlines()]
     return [{key: value for key, value in record.items() if key != "timing"} for record in found]
+
+
+def first_difference(wanted: list[dict], found: list[dict]) -> str:
+    for ours, theirs in zip(wanted, found):
+        for key, value in ours.items():
+            if theirs.get(key) != value:
+                return f"{ours['key']} {key}: {value!r} undisturbed, {theirs.get(key)!r} here"
+    return f"{len(wanted)} records undisturbed, {len(found)} here"
 
 
 def contents(folder: Path, pattern: str) -> dict[str, bytes]:
