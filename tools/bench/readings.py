@@ -1,0 +1,96 @@
+"""What our readings of the paper's ambiguous points change, one at a time: `tools/run python tools/bench/readings.py`.
+
+Contacts: cm from the top's centre, seen from above, learnt on the flat demonstration; median [min max] over seeds, one number
+per seed, the median of its best five. Flights: RMSE of the tracked point over circle and hover in cm, box 68 x 61 x 28 cm held
+in the middle. Prints the tables of docs/readings.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+
+import numpy as np
+
+from drake_aerial import Demonstration, Payload, StationParameters, learn, read_scan, transfer
+from drake_aerial.control.trajectory import TransportTrajectory
+from drake_aerial.errors import DrakeAerialError
+from drake_aerial.learning.parameters import LearningParameters
+from drake_aerial.plant.quadrotor import QuadrotorParameters
+from drake_aerial.transferring.parameters import TransferParameters
+from drake_aerial.transport.flight import Flight
+from drake_aerial.transport.suspension import Suspension
+
+FIRST_SEED = 100
+
+
+def contacts(label: str, seeds: int, *, method: str = "task", learning=None, transferring=None) -> None:
+    """Print one row of contact errors on two boxes."""
+    shown = Demonstration.read("flat")
+    cells = []
+    for name in ("box_68x68x28", "box_68x61x28"):
+        scan, errors, off_top = read_scan(name), [], 0
+        for seed in range(FIRST_SEED, FIRST_SEED + seeds):
+            skill = learn(shown, parameters=learning or LearningParameters(), seed=seed)
+            try:
+                found = transfer(skill, scan, method=method, seed=seed, parameters=transferring or TransferParameters())
+            except DrakeAerialError:
+                continue
+            p = np.array([s.X_SG.p[0] for s in found.solutions])
+            off_top += int((p[:, 2] < 0.13).sum())
+            errors.append(100.0 * float(np.median(np.linalg.norm(p[:, :2], axis=1))))
+        cells.append(
+            f"{name} {np.median(errors):5.1f} [{min(errors):4.1f} {max(errors):4.1f}] off the top {off_top}/{5 * seeds}"
+        )
+    print(f"{label:34s} " + "   ".join(cells), flush=True)
+
+
+def flight(label: str, seeds: int, **options) -> None:
+    """Print one row of flight errors."""
+    payload = Payload.read("box_68x61x28")
+    suspension = Suspension.hang(payload, [[0.0, 0.0, 0.14]], [[0.0, 0.0, 1.0]])
+    try:
+        ready = Flight(suspension, **{"belief": "true", **options})
+    except DrakeAerialError as error:
+        print(f"{label:34s} refused: {error}", flush=True)
+        return
+    runs = [ready.run(seed) for seed in range(FIRST_SEED, FIRST_SEED + seeds)]
+    rmse = [100.0 * run.metrics["position_rmse_m"] for run in runs if run.metrics["position_rmse_m"] is not None]
+    peak = max(100.0 * run.metrics["position_max_m"] for run in runs if run.metrics["position_max_m"] is not None)
+    outcomes = ", ".join(sorted({run.outcome for run in runs}))
+    print(
+        f"{label:34s} {np.mean(rmse):6.2f} [{min(rmse):5.2f} {max(rmse):5.2f}] peak {peak:6.2f}  {outcomes}", flush=True
+    )
+
+
+def main() -> None:
+    """Print both tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--flights", type=int, default=3)
+    arguments = parser.parse_args()
+    n = arguments.seeds
+    print(f"contacts, seeds {FIRST_SEED}..{FIRST_SEED + n - 1}, cm")
+    contacts("task", n)
+    contacts("task, full rotations compared", n, learning=LearningParameters(axial=False))
+    contacts("task, rigid votes", n, transferring=TransferParameters(scale="rigid"))
+    contacts("paper", n, method="paper")
+    contacts("paper, full rotations compared", n, method="paper", learning=LearningParameters(axial=False))
+    contacts("paper, votes scaled", n, method="paper", transferring=TransferParameters(paper_scale=True))
+    n = arguments.flights
+    print(f"flights, seeds {FIRST_SEED}..{FIRST_SEED + n - 1}, cm")
+    base = StationParameters()
+    constant = TransportTrajectory(timing="constant")
+    flight("mpc, quintic timing", n)
+    flight("mpc, constant rate", n, trajectory=constant)
+    flight("geometric, quintic timing", n, controller="geometric")
+    flight("geometric, constant rate", n, controller="geometric", trajectory=constant)
+    flight("mpc, elastic cable", n, cable="elastic")
+    flight("mpc, directions from position", n, parameters=replace(base, measured_directions=False))
+    flight(
+        "mpc, 3.94e-9 N/rpm^2", n, parameters=replace(base, quadrotor=QuadrotorParameters(thrust_coefficient=3.94e-9))
+    )
+
+
+if __name__ == "__main__":
+    main()

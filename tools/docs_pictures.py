@@ -1,0 +1,148 @@
+"""Draws the pictures of docs/gallery.md with the package as it stands: `tools/run python tools/docs_pictures.py [DIR]`.
+
+They are drawn again only when the package, its models or this file have changed.
+"""
+
+import hashlib
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).parent.parent
+PANEL = (480, 400)
+STAMP = "drawn-from.txt"
+
+
+def draw(folder: Path) -> list[Path]:
+    """Draw all pictures into a folder, unless they are there and up to date; return their paths."""
+    stamp, wanted = folder / STAMP, _fingerprint()
+    if not stamp.is_file() or stamp.read_text() != wanted:
+        folder.mkdir(parents=True, exist_ok=True)
+        for picture in (features, skills, contacts, likelihood, formation, flights):
+            print(f"drawing {picture.__name__}.png", file=sys.stderr)
+            picture(folder / f"{picture.__name__}.png")
+        stamp.write_text(wanted)
+    return sorted(folder.glob("*.png"))
+
+
+def _fingerprint() -> str:
+    digest = hashlib.sha256(Path(__file__).read_bytes())
+    for file in sorted([*(ROOT / "drake_aerial").rglob("*.py"), *(ROOT / "models").rglob("*.*")]):
+        digest.update(file.relative_to(ROOT).as_posix().encode() + file.read_bytes())
+    return digest.hexdigest()
+
+
+def _sheet(path: Path, images: dict[str, np.ndarray], columns: int) -> None:
+    """Write images with their titles side by side."""
+    from drake_aerial.drawing.plots import figure, save_figure
+
+    rows = -(-len(images) // columns)
+    drawing, axes = figure(3.6 * columns, 3.2 * rows, rows, columns)
+    for axis in axes.ravel():
+        axis.axis("off")
+    for axis, (title, image) in zip(axes.ravel(), images.items()):
+        axis.imshow(image)
+        axis.set_title(title, fontsize=10)
+    save_figure(drawing, path, dpi=110)
+
+
+def features(path: Path) -> None:
+    """Surface features: a box from all sides, a bunny, and what one camera sees of the box."""
+    from drake_aerial import compute_features, read_scan
+    from drake_aerial.demo import scan_of
+    from drake_aerial.drawing.pictures import features_picture
+    from drake_aerial.drawing.rendering import render
+    from drake_aerial.plant.payload import Payload
+
+    clouds = {
+        "a box, seen from all sides": read_scan("box_68x61x28"),
+        "a box, seen by one camera": scan_of(Payload.read("box_68x61x28"), seed=0),
+        "a bunny": read_scan("bunny"),
+    }
+    images = {title: render(features_picture(compute_features(cloud)), size=PANEL) for title, cloud in clouds.items()}
+    _sheet(path, images, 3)
+
+
+def skills(path: Path) -> None:
+    """What is learnt from four of the shipped demonstrations."""
+    from drake_aerial import read_skill
+    from drake_aerial.drawing.pictures import skill_picture
+    from drake_aerial.drawing.rendering import render
+
+    names = ("flat", "edge", "curved", "formation")
+    _sheet(path, {name: render(skill_picture(read_skill(name)), size=PANEL) for name in names}, 4)
+
+
+def contacts(path: Path) -> None:
+    """The best contacts of the task model and of the baseline on one camera's view of another box."""
+    from drake_aerial import read_skill, transfer
+    from drake_aerial.demo import scan_of
+    from drake_aerial.drawing.contacts_figure import draw_contacts
+    from drake_aerial.plant.payload import Payload
+
+    skill, scan = read_skill("flat"), scan_of(Payload.read("box_68x68x28"), seed=0)
+    found = {method: transfer(skill, scan, method=method, top=3) for method in ("task", "kopicki")}
+    draw_contacts(path, skill, found["task"].evidence.features_S.p, found, most=3)
+
+
+def likelihood(path: Path) -> None:
+    """Where on a new scan the surface alone, the votes alone, and both together want the gripper."""
+    from drake_aerial import read_scan, read_skill, transfer
+    from drake_aerial.drawing.pictures import contacts_picture, heat
+    from drake_aerial.drawing.rendering import render
+
+    found = transfer(read_skill("curved"), read_scan("bunny"))
+    evidence = found.evidence
+    points = evidence.features_S.p
+    fields = {
+        "looks like the demonstrated contact": evidence.log_query(0),
+        "lies where the demonstrated contact lay": evidence.log_votes(),
+        "both, and the contacts found": evidence.log_surface(),
+    }
+    images = {}
+    for index, (title, log) in enumerate(fields.items()):
+        shown = found.solutions if index == 2 else ()
+        picture = contacts_picture(points, shown, colors=heat(np.exp(log - log.max())))
+        images[title] = render(picture, size=PANEL, azimuth=-1.2)
+    _sheet(path, images, 3)
+
+
+def formation(path: Path) -> None:
+    """Three grippers, shown on a triangle: on the same triangle 1.4 times as large, and on a box."""
+    import trimesh
+
+    from drake_aerial import Payload, PointCloud, read_scan, read_skill, transfer
+    from drake_aerial.drawing.pictures import contacts_picture, skill_picture
+    from drake_aerial.drawing.rendering import render
+
+    skill = read_skill("formation")
+    triangle = Payload.read("hollow_triangle")
+    large = PointCloud.read(trimesh.Trimesh(1.4 * triangle.vertices, triangle.faces, process=False))
+    images = {"shown once": render(skill_picture(skill), size=PANEL)}
+    for title, cloud in {"1.4 times as large": large, "a box": read_scan("box_68x68x28")}.items():
+        found = transfer(skill, cloud, top=1)
+        images[title] = render(contacts_picture(found.evidence.features_S.p, found.solutions), size=PANEL)
+    _sheet(path, images, 3)
+
+
+def flights(path: Path) -> None:
+    """The same payload flown by its middle and by a contact 10 cm beside it."""
+    from drake_aerial.drawing.plots import plot_flights
+    from drake_aerial.plant.payload import Payload
+    from drake_aerial.transport.flight import Flight
+    from drake_aerial.transport.suspension import Suspension
+
+    payload = Payload.read("box_68x61x28")
+    shown = {}
+    for offset in (0.0, 0.1):
+        suspension = Suspension.hang(payload, [[offset, 0.0, 0.14]], [[0.0, 0.0, 1.0]])
+        shown[f"{100 * offset:.0f} cm off the centre"] = Flight(suspension).run(0)
+    plot_flights(shown, path)
+
+
+if __name__ == "__main__":
+    target = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(tempfile.mkdtemp(prefix="docs_pictures_"))
+    for drawn in draw(target):
+        print(drawn)
