@@ -52,11 +52,16 @@ class Allocation:
         object.__setattr__(self, "p_QR", p)
         object.__setattr__(self, "moment_ratio", k)
         object.__setattr__(self, "matrix", G)
-        object.__setattr__(self, "_columns", tuple(map(tuple, np.linalg.inv(G).T.tolist())))
+        columns = np.linalg.inv(G).T.tolist()
+        object.__setattr__(self, "_columns", tuple(map(tuple, columns)))
+        object.__setattr__(self, "_limits", (float(self.min_rpm) ** 2, float(self.max_rpm) ** 2))
+        object.__setattr__(self, "_rows", tuple(np.transpose(columns).ravel().tolist()))
 
     matrix = np.zeros((4, 4))
     """G (4, 4): squared speeds to thrust [N] and moments about Q's x, y, z [N m]."""
     _columns: tuple[Four, Four, Four, Four] = ((0.0,) * 4,) * 4
+    _rows: tuple[float, ...] = (0.0,) * 16
+    _limits: tuple[float, float] = (0.0, 0.0)
 
     @property
     def min_thrust(self) -> float:
@@ -80,14 +85,19 @@ def allocate(propellers: Allocation, thrust: float, mx: float, my: float, mz: fl
     roll and pitch need, and last roll and pitch are scaled down together: what keeps the vehicle upright goes last.
     Every squared speed returned lies within the limits.
     """
-    low, high = propellers.min_rpm**2, propellers.max_rpm**2
+    low, high = propellers._limits
+    # Written out: this is asked for every quadrotor at every step of the plant, and nearly always ends here.
+    f1, x1, y1, z1, f2, x2, y2, z2, f3, x3, y3, z3, f4, x4, y4, z4 = propellers._rows
+    a = thrust * f1 + mx * x1 + my * y1 + mz * z1
+    b = thrust * f2 + mx * x2 + my * y2 + mz * z2
+    c = thrust * f3 + mx * x3 + my * y3 + mz * z3
+    d = thrust * f4 + mx * x4 + my * y4 + mz * z4
+    if low <= a <= high and low <= b <= high and low <= c <= high and low <= d <= high:
+        return [a, b, c, d], False
     cf, cx, cy, cz = propellers._columns
     tilt = [mx * cx[i] + my * cy[i] for i in range(4)]
     yaw = [mz * c for c in cz]
     plain = [thrust * cf[i] + tilt[i] for i in range(4)]
-    full = [plain[i] + yaw[i] for i in range(4)]
-    if min(full) >= low and max(full) <= high:
-        return full, False
     if min(plain) >= low and max(plain) <= high:
         keep = 1.0
         for base, extra in zip(plain, yaw):

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import sqrt
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.common.value import AbstractValue, Value
+from pydrake.systems.framework import BasicVector, Context, LeafSystem, ValueProducer
 
 from drake_aerial.control.allocation import Allocation, allocate
 from drake_aerial.errors import InputError
@@ -24,67 +24,70 @@ _MIN_SLOPE = 0.2
 """The least vertical share of a thrust vector, per horizontal newton: no command turns a quadrotor over."""
 
 
-class AttitudeCommand(NamedTuple):
-    """What one quadrotor does for one thrust vector."""
-
-    squared_rpm: list[float]
-    saturated: bool
-    thrust: float
-    moment: tuple[float, float, float]
+Target = tuple[float, float, float, float, float, float, float]
+"""A thrust vector in the world [N] and the attitude q_WQ (w, x, y, z) in which a quadrotor pushes along it, yaw zero."""
 
 
-def attitude_command(
-    state: list[float],
-    thrust_vector: list[float],
-    inertia: list[list[float]],
-    gains: tuple[float, ...],
-    propellers: Allocation,
-) -> AttitudeCommand:
-    """Return the command of one quadrotor.
+def attitude_target(thrust_vector: Sequence[float]) -> Target:
+    """Return the target of a commanded thrust vector (3,) in the world [N].
+
+    The desired z is along the command, the desired y normal to the plane of it and the world's x: a turn about the world's x, then one
+    about the new y.
+    """
+    ux, uy, uz = thrust_vector
+    horizontal = sqrt(ux * ux + uy * uy)
+    z = max(uz, _MIN_SLOPE * horizontal, 1e-6)
+    size = sqrt(horizontal * horizontal + z * z)
+    cx, cy, cz = ux / size, uy / size, z / size
+    side = sqrt(cz * cz + cy * cy)
+    # Half angles; both turns are by less than 90 deg.
+    c1 = sqrt(0.5 + 0.5 * cz / side)
+    s1 = -0.5 * cy / (side * c1)
+    c2 = sqrt(0.5 + 0.5 * side)
+    s2 = 0.5 * cx / c2
+    return ux, uy, uz, c1 * c2, s1 * c2, c1 * s2, s1 * s2
+
+
+def attitude_law(
+    state: Sequence[float], target: Target, inertia: Sequence[float], gains: Sequence[float]
+) -> tuple[float, float, float, float]:
+    """Return thrust [N] and moments about x, y, z of Q [N m] of one quadrotor.
 
     Parameters
     ----------
     state : 13 floats
         Quaternion w, x, y, z, position, angular velocity, linear velocity in the world.
-    thrust_vector : 3 floats
-        Commanded thrust in the world [N].
-    inertia : 3 rows of 3 floats
-        In Q [kg m^2].
+    target : Target
+    inertia : 9 floats
+        In Q, row by row [kg m^2].
     gains : 6 floats
         Gains on attitude error and on angular velocity about x, y, z.
-    propellers : Allocation
-        Limits and geometry.
     """
-    qw, qx, qy, qz = state[0:4]
-    wx, wy, wz = state[7:10]
-    ux, uy, uz = thrust_vector
-    # R_WQ, column by column.
-    xx, xy, xz = 1 - 2 * (qy * qy + qz * qz), 2 * (qx * qy + qw * qz), 2 * (qx * qz - qw * qy)
-    yx, yy, yz = 2 * (qx * qy - qw * qz), 1 - 2 * (qx * qx + qz * qz), 2 * (qy * qz + qw * qx)
-    zx, zy, zz = 2 * (qx * qz + qw * qy), 2 * (qy * qz - qw * qx), 1 - 2 * (qx * qx + qy * qy)
-    thrust = ux * zx + uy * zy + uz * zz
-    # Desired frame: z along the command, y normal to the plane of z and the world's x.
-    horizontal = sqrt(ux * ux + uy * uy)
-    uz = max(uz, _MIN_SLOPE * horizontal, 1e-6)
-    size = sqrt(horizontal * horizontal + uz * uz)
-    cx, cy, cz = ux / size, uy / size, uz / size
-    side = sqrt(cz * cz + cy * cy)
-    by, bz = cz / side, -cy / side
-    ax, ay, az = by * cz - bz * cy, bz * cx, -by * cx
-    # e_R = vee(R_d^T R - R^T R_d) / 2, entry by entry.
-    ex = 0.5 * ((cx * yx + cy * yy + cz * yz) - (by * zy + bz * zz))
-    ey = 0.5 * ((ax * zx + ay * zy + az * zz) - (cx * xx + cy * xy + cz * xz))
-    ez = 0.5 * ((by * xy + bz * xz) - (ax * yx + ay * yy + az * yz))
-    p = xx * wx + xy * wy + xz * wz
-    q = yx * wx + yy * wy + yz * wz
-    r = zx * wx + zy * wy + zz * wz
-    (jxx, jxy, jxz), (jyx, jyy, jyz), (jzx, jzy, jzz) = inertia
+    # Plain floats, written out: for one to six quadrotors they are several times faster than arrays of three.
+    w, x, y, z, _, _, _, wx, wy, wz, _, _, _ = state
+    ux, uy, uz, dw, dx, dy, dz = target
+    x2, y2, z2 = x + x, y + y, z + z
+    xx, yy, zz, xy, xz, yz = x * x2, y * y2, z * z2, x * y2, x * z2, y * z2
+    ax, ay, az = w * x2, w * y2, w * z2
+    # Angular velocity along the columns of R_WQ, thrust along the third.
+    p = (1.0 - yy - zz) * wx + (xy + az) * wy + (xz - ay) * wz
+    q = (xy - az) * wx + (1.0 - xx - zz) * wy + (yz + ax) * wz
+    c1, c2, c3 = xz + ay, yz - ax, 1.0 - xx - yy
+    r = c1 * wx + c2 * wy + c3 * wz
+    # e_R = vee(R_d^T R - R^T R_d) / 2 is twice the product of the parts of the quaternion between the two.
+    e = 2.0 * (dw * w + dx * x + dy * y + dz * z)
+    ex = e * (dw * x - dx * w - dy * z + dz * y)
+    ey = e * (dw * y + dx * z - dy * w - dz * x)
+    ez = e * (dw * z - dx * y + dy * x - dz * w)
+    jxx, jxy, jxz, jyx, jyy, jyz, jzx, jzy, jzz = inertia
     hx, hy, hz = jxx * p + jxy * q + jxz * r, jyx * p + jyy * q + jyz * r, jzx * p + jzy * q + jzz * r
-    mx = -gains[0] * ex - gains[3] * p + q * hz - r * hy
-    my = -gains[1] * ey - gains[4] * q + r * hx - p * hz
-    mz = -gains[2] * ez - gains[5] * r + p * hy - q * hx
-    squared, saturated = allocate(propellers, thrust, mx, my, mz)
-    return AttitudeCommand(squared, saturated, thrust, (mx, my, mz))
+    k1, k2, k3, k4, k5, k6 = gains
+    return (
+        ux * c1 + uy * c2 + uz * c3,
+        q * hz - r * hy - k1 * ex - k4 * p,
+        r * hx - p * hz - k2 * ey - k5 * q,
+        p * hy - q * hx - k3 * ez - k6 * r,
+    )
 
 
 class AttitudeController(LeafSystem):
@@ -125,29 +128,39 @@ class AttitudeController(LeafSystem):
         if n == 0 or J.shape not in ((3, 3), (n, 3, 3)):
             raise InputError(f"inertia must be (3, 3) or ({n}, 3, 3) for n >= 1 quadrotors but got {J.shape}")
         self._propellers = tuple(propellers)
-        self._inertia = np.broadcast_to(J, (n, 3, 3)).tolist()
+        self._inertia = np.broadcast_to(J, (n, 3, 3)).reshape(n, 9).tolist()
         self._gains = (*np.asarray(rotation_gain, float).tolist(), *np.asarray(rate_gain, float).tolist())
         self._states = self.DeclareVectorInputPort("quadrotor_states", 13 * n)
         self._thrusts = self.DeclareVectorInputPort("thrust_vectors", 3 * n)
-        self.DeclareVectorOutputPort("propeller_commands", 4 * n, self._calc_commands)
-        self.DeclareVectorOutputPort("saturated", n, self._calc_saturated)
-        self.DeclareVectorOutputPort("thrusts", n, self._calc_thrusts)
-        self.DeclareVectorOutputPort("moments", 3 * n, self._calc_moments)
+        # Commands are held for several steps of the plant: their attitudes are worked out once.
+        producer = ValueProducer(allocate=lambda: Value[object](), calc=self._calc_targets)
+        self._targets = self.DeclareCacheEntry("targets", producer, {self._thrusts.ticket()})
+        sources = {self._states.ticket(), self._thrusts.ticket()}
+        self.DeclareVectorOutputPort("propeller_commands", 4 * n, self._calc_commands, sources)
+        self.DeclareVectorOutputPort("saturated", n, self._calc_saturated, sources)
+        self.DeclareVectorOutputPort("thrusts", n, self._calc_thrusts, sources)
+        self.DeclareVectorOutputPort("moments", 3 * n, self._calc_moments, sources)
 
-    def _commands(self, context: Context) -> list[AttitudeCommand]:
-        # Plain floats: for one to six quadrotors they are several times faster than arrays of three.
-        x = self._states.Eval(context).tolist()
+    def _calc_targets(self, context: Context, value: AbstractValue) -> None:
         u = self._thrusts.Eval(context).tolist()
-        return [
-            attitude_command(x[13 * i : 13 * i + 13], u[3 * i : 3 * i + 3], self._inertia[i], self._gains, propellers)
-            for i, propellers in enumerate(self._propellers)
-        ]
+        value.set_value([attitude_target(u[k : k + 3]) for k in range(0, len(u), 3)])
+
+    def _commands(self, context: Context) -> list[tuple[list[float], bool]]:
+        """Return squared speeds (4) [rpm^2] of each quadrotor, and whether a limit was met."""
+        targets, states, gains = self._targets.Eval(context), self._states.Eval(context).tolist(), self._gains
+        commands = []
+        k = 0
+        for target, inertia, propellers in zip(targets, self._inertia, self._propellers):
+            thrust, mx, my, mz = attitude_law(states[k : k + 13], target, inertia, gains)
+            commands.append(allocate(propellers, thrust, mx, my, mz))
+            k += 13
+        return commands
 
     def _calc_commands(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector([s for command in self._commands(context) for s in command.squared_rpm])
+        output.SetFromVector(np.array([squared for squared, _ in self._commands(context)]).ravel())
 
     def _calc_saturated(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector([float(command.saturated) for command in self._commands(context)])
+        output.SetFromVector([float(saturated) for _, saturated in self._commands(context)])
 
     def _calc_thrusts(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._wrenches(context)[:, 0])
@@ -156,5 +169,4 @@ class AttitudeController(LeafSystem):
         output.SetFromVector(self._wrenches(context)[:, 1:].ravel())
 
     def _wrenches(self, context: Context) -> Array:
-        commands = self._commands(context)
-        return np.array([p.wrench(c.squared_rpm) for p, c in zip(self._propellers, commands)])
+        return np.array([p.wrench(squared) for p, (squared, _) in zip(self._propellers, self._commands(context))])

@@ -24,14 +24,25 @@ class CondensedProblem:
 
     def __init__(self, stages: int, nx: int, nu: int):
         self.N, self.nx, self.nu = stages, nx, nu
-        # d_k = G_k (1, u_0, ..., u_{k-1}): the first column is where the horizon goes without input.
-        self.G = np.zeros((stages + 1, nx, 1 + stages * nu))
-        self.H = np.zeros((stages * nu, 1 + stages * nu))
-        sizes = [1 + k * nu for k in range(stages)]
-        self._known = [self.G[k, :, :size] for k, size in enumerate(sizes)]
-        self._next = [self.G[k + 1, :, :size] for k, size in enumerate(sizes)]
-        self._new = [self.G[k + 1, :, size : size + nu] for k, size in enumerate(sizes)]
-        self._rows = [self.H[size - 1 : size - 1 + nu, : size + nu] for size in sizes]
+        N, width = stages, 1 + stages * nu
+        # d_k = G_k (1, u_0, ..., u_{k-1}): the first column is where the horizon goes without input. A last row (1, 0, ...) lets drifts and
+        # gradients ride along in the products. Block k of the buffer holds the Hessian's rows of u_k, W_k (the cost's derivative by d_k) and
+        # G_{k-1}, so that a step backwards, rows_k and W_k from W_{k+1} and G_k, is one product of one block into the next.
+        Y = np.zeros((N + 2, nu + 2 * nx + 1, width))
+        Y[1:, -1, 0] = 1.0
+        self._rows, self._W = Y[:N, :nu, 1:], Y[N, nu : nu + nx]
+        self._gradient = Y[:N, :nu, 0]
+        self._G = Y[1:, nu + nx : -1]
+        free = [1 + k * nu for k in range(N + 1)]
+        self._known = [Y[k + 1, nu + nx :, : free[k]] for k in range(N)]
+        self._next = [Y[k + 2, nu + nx : -1, : free[k]] for k in range(N)]
+        self._after = [Y[k + 1, nu:, : free[k + 1]] for k in range(N)]
+        self._before = [Y[k, : nu + nx, : free[k + 1]] for k in range(N)]
+        # Where the inputs' matrices go in G: in each block one block of columns further to the right.
+        first = Y[2:, nu + nx : -1, 1:]
+        steps = (first.strides[0] + nu * first.strides[2], *first.strides[1:])
+        self._new = np.lib.stride_tricks.as_strided(first, (N, nx, nu), steps)
+        self._backward = np.zeros((N, nu + nx, 2 * nx + 1))
 
     def condense(self, model: DiscreteModel, Q: Array, q: Array, R: Array, r: Array) -> tuple[Array, Array]:
         """Return the Hessian, of which the lower triangle counts, and the gradient (N nu,) at zero input.
@@ -45,28 +56,22 @@ class CondensedProblem:
         R, r : (nu,), (N, nu) arrays
             Weights of the inputs; R is a diagonal.
         """
-        N, nu, G, H = self.N, self.nu, self.G, self.H
-        A, B, c = model
-        AT, BT = np.swapaxes(A, 1, 2), np.swapaxes(B, 1, 2)
-        self._next[0][:, 0] = c[0]
-        self._new[0][:] = B[0]
-        for k in range(1, N):
-            after = self._next[k]
-            np.matmul(A[k], self._known[k], out=after)
-            after[:, 0] += c[k]
-            self._new[k][:] = B[k]
-        W = Q[N] @ G[N]
-        W[:, 0] += q[N]
-        for k in range(N - 1, 0, -1):
-            np.matmul(BT[k], W, out=self._rows[k])
-            W = AT[k] @ W[:, : 1 + k * nu]
-            W += Q[k] @ self._known[k]
-            W[:, 0] += q[k]
-        np.matmul(BT[0], W, out=self._rows[0])
-        hessian = H[:, 1:].copy()
+        N, nx, nu, flow = self.N, self.nx, self.nu, model.flow
+        self._new[:] = model.Gamma
+        for A, known, after in zip(flow[:, :, nu:], self._known, self._next):
+            np.matmul(A, known, out=after)
+        L = self._backward
+        L[:, :, :nx] = np.swapaxes(flow[:, :, :-1], 1, 2)
+        L[:, nu:, nx:-1] = Q[:N]
+        L[:, nu:, -1] = q[:N]
+        np.matmul(Q[N], self._G[N], out=self._W)
+        self._W[:, 0] += q[N]
+        for k in range(N - 1, -1, -1):
+            np.matmul(L[k], self._after[k], out=self._before[k])
+        hessian = self._rows.reshape(N * nu, N * nu)
         hessian.ravel()[:: N * nu + 1] += np.tile(R, N)
-        return hessian, H[:, 0] + r.ravel()
+        return hessian, (self._gradient + r).ravel()
 
     def expand(self, u: Array) -> Array:
         """Return the states d_0 to d_N (N + 1, nx) that inputs u (N nu,) lead to."""
-        return self.G @ np.concatenate([[1.0], u])
+        return self._G @ np.concatenate([[1.0], u])

@@ -80,7 +80,7 @@ class PayloadController(LeafSystem):
         self._remaining = RemainingTeam(self)
         self.DeclarePeriodicDiscreteUpdateEvent(period, offset, self._tick)
         ticket = {self.all_state_ticket()}
-        self.DeclareVectorOutputPort("thrust_vectors", 3 * n, self._calc_thrust, ticket)
+        self.DeclareStateOutputPort("thrust_vectors", self._thrust_index)
         self.DeclareVectorOutputPort("phase", 1, self._calc_phase, ticket)
         self.DeclareVectorOutputPort("estimated_position", 3, self._calc_position, ticket)
 
@@ -146,9 +146,6 @@ class PayloadController(LeafSystem):
             return known, False
         losses = known.after(self._attached.Eval(context) > 0.5, flying, seen, self.model.cable_length)
         return losses, losses is not known
-
-    def _calc_thrust(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(context.get_discrete_state(self._thrust_index).value())
 
     def _calc_phase(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector([max(context.get_discrete_state(self._phase_index).value()[0], 0.0)])

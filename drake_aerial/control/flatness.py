@@ -184,18 +184,19 @@ class ReferenceTable:
 
     def __init__(self, model: PayloadModelParameters, trajectory: Trajectory):
         table = _tabulate(model, trajectory)
-        self._shapes = [field.shape[1:] for field in table]
+        shapes = [field.shape[1:] for field in table]
         self._rows = np.concatenate([field.reshape(len(table.p), -1) for field in table], axis=1)
-        self._splits = np.cumsum([0] + [int(np.prod(s)) for s in self._shapes]).tolist()
+        splits = np.cumsum([0] + [int(np.prod(s)) for s in shapes]).tolist()
+        self._fields = [(slice(a, b), shape) for a, b, shape in zip(splits, splits[1:], shapes)]
 
     def at(self, t: ArrayLike) -> Reference:
         """Return the reference at times t (B,) [s]; beyond the table it rests at its ends."""
-        place = np.clip(np.asarray(t, float) / GRID + _MARGIN, 0.0, len(self._rows) - 1.0)
+        last = len(self._rows) - 1.0
+        place = np.minimum(np.maximum(np.asarray(t, float) * (1.0 / GRID) + _MARGIN, 0.0), last)
         low = np.minimum(place.astype(int), len(self._rows) - 2)
-        share = (place - low)[:, None]
-        rows = (1.0 - share) * self._rows[low] + share * self._rows[low + 1]
-        s = self._splits
-        return Reference(*(rows[:, a:b].reshape(-1, *shape) for a, b, shape in zip(s, s[1:], self._shapes)))
+        rows = self._rows[low]
+        rows += (place - low)[:, None] * (self._rows[low + 1] - rows)
+        return Reference(*[rows[:, part].reshape(-1, *shape) for part, shape in self._fields])
 
 
 @lru_cache(maxsize=32)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -145,6 +146,7 @@ class PayloadMpc(PayloadController):
             ]
         )
         self._R = step * np.full(3 * n, w.input)
+        self._weights = np.tile(np.diag(self._Q), (stages + 1, 1, 1))
         self._problem = CondensedProblem(stages, len(self._Q), 3 * n)
         self._terminal: dict[float, Array] = {}
         self._low, self._high = np.tile(thrust_box(model), (1, stages))
@@ -222,13 +224,12 @@ class PayloadMpc(PayloadController):
         e = deviation(self.model, x, desired, E)
         C = deviation_jacobian(self.model, x)
         CT = np.swapaxes(C, 1, 2)
-        Q = np.empty((N + 1, len(self._Q), len(self._Q)))
-        Q[:] = np.diag(self._Q)
-        q = self._Q * e
+        Q, q = self._weights.copy(), self._Q * e
+        Q[:N, :12, :12] = CT[:N] @ (self._Q[:12, None] * C[:N])
         Q[N], q[N] = P, P @ e[N]
-        Q[:, :12] = CT @ Q[:, :12]
-        Q[:, :, :12] = Q[:, :, :12] @ C
-        q[:, :12] = (CT @ q[:, :12, None])[:, :, 0]
+        Q[N, :12] = CT[N] @ P[:12]
+        Q[N, :, :12] = Q[N, :, :12] @ C[N]
+        q[:, :12] = (q[:, None, :12] @ C)[:, 0]
         if self.field_of_view is not None:
             violation, J = view_violation(self.model, x, E, 0.5 * self.field_of_view)
             hessian, gradient = view_penalty(violation, J, self.weights.view * self.step)
@@ -297,18 +298,24 @@ def unpack(rows: Array, n: int) -> PayloadState:
 
 def shift(values: Array, share: float) -> Array:
     """Return samples (B, ...) one step apart, moved on by `share` of a step; extrapolated at the end."""
-    for _ in range(int(share)):
-        values = np.concatenate([values[1:], 2 * values[-1:] - values[-2:-1]])
-    rest = share - int(share)
-    after = np.empty_like(values)
-    after[:-1] = (1.0 - rest) * values[:-1] + rest * values[1:]
-    after[-1] = (1.0 + rest) * values[-1] - rest * values[-2]
-    return after
+    moved: Array = _shifting(len(values), share) @ values.reshape(len(values), -1)
+    return moved.reshape(values.shape)
+
+
+@lru_cache(maxsize=32)
+def _shifting(count: int, share: float) -> Array:
+    """Return the matrix (count, count) that moves samples on by `share` of a step."""
+    M = np.zeros((count, count))
+    place = np.arange(count) + share
+    low = np.minimum(place.astype(int), count - 2)
+    M[np.arange(count), low] = 1.0 - (place - low)
+    M[np.arange(count), low + 1] = place - low
+    return M
 
 
 def normalized(x: PayloadState) -> PayloadState:
     """Return blended neighbouring states back on their manifold: as good as the geodesic, they are close."""
     R = 1.5 * x.R - 0.5 * x.R @ np.swapaxes(x.R, 1, 2) @ x.R
-    xi = x.xi / np.sqrt((x.xi * x.xi).sum(-1, keepdims=True))
-    w = x.w - xi * (xi * x.w).sum(-1, keepdims=True)
+    xi = x.xi / np.sqrt(np.einsum("bij,bij->bi", x.xi, x.xi))[:, :, None]
+    w = x.w - xi * np.einsum("bij,bij->bi", xi, x.w)[:, :, None]
     return x._replace(R=R, xi=xi, w=w)

@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_aerial.geometry import cross, matrix_from_quat
+from drake_aerial.geometry import cross
+from drake_aerial.plant.cable_geometry import rotation
 
 Array = NDArray[np.float64]
 
@@ -55,9 +56,14 @@ class Observation(NamedTuple):
 def observe(payload: Array, quadrotors: Array, cables: Array) -> Observation:
     """Return the observation in port vectors: payload (13,), quadrotors (13 n,), cables (6 n,)."""
     quadrotors, cables = quadrotors.reshape(-1, 13), cables.reshape(-1, 6)
-    R = matrix_from_quat(payload[0:4])
-    xi = cables[:, 0:3] / np.sqrt((cables[:, 0:3] ** 2).sum(-1, keepdims=True))
-    rate = cables[:, 3:6]
+    R = rotation(payload[0:4])
+    xi, rate = cables[:, 0:3], cables[:, 3:6]
+    xi = xi / np.sqrt(np.einsum("ij,ij->i", xi, xi))[:, None]
+    w, x, y, z = quadrotors[:, 0:4].T
+    z_WQ = np.empty((len(quadrotors), 3))
+    z_WQ[:, 0] = 2 * (x * z + w * y)
+    z_WQ[:, 1] = 2 * (y * z - w * x)
+    z_WQ[:, 2] = 1 - 2 * (x * x + y * y)
     return Observation(
         payload[4:7],
         payload[10:13],
@@ -65,9 +71,9 @@ def observe(payload: Array, quadrotors: Array, cables: Array) -> Observation:
         payload[7:10] @ R,
         quadrotors[:, 4:7],
         quadrotors[:, 10:13],
-        matrix_from_quat(quadrotors[:, 0:4])[:, :, 2],
+        z_WQ,
         xi,
-        rate - xi * (xi * rate).sum(-1, keepdims=True),
+        rate - xi * np.einsum("ij,ij->i", xi, rate)[:, None],
     )
 
 
@@ -94,10 +100,14 @@ class PositionFilter(NamedTuple):
         A memory with negative variance stands for "nothing seen yet".
         """
         noise = self.position_noise**2
+        after = np.empty(7)
+        after[3:6] = velocity
         if memory[6] < 0.0 or noise == 0.0:
-            return np.concatenate([measured, velocity, [noise]])
+            after[0:3], after[6] = measured, noise
+            return after
         variance = memory[6] + (self.velocity_noise * dt) ** 2
-        predicted = memory[0:3] + 0.5 * dt * (memory[3:6] + velocity)
         gain = variance / (variance + noise)
-        estimate = predicted + gain * (measured - predicted)
-        return np.concatenate([estimate, velocity, [(1.0 - gain) * variance]])
+        predicted = memory[0:3] + 0.5 * dt * (memory[3:6] + velocity)
+        after[0:3] = predicted + gain * (measured - predicted)
+        after[6] = (1.0 - gain) * variance
+        return after

@@ -16,10 +16,9 @@ from drake_aerial.control.payload_model import (
     PayloadState,
     derivative,
     tangent_basis,
-    transport,
 )
 from drake_aerial.control.payload_parameters import PayloadModelParameters
-from drake_aerial.control.vectors import cross, skew
+from drake_aerial.control.vectors import skew
 
 Array = NDArray[np.float64]
 
@@ -81,7 +80,7 @@ def linearize(model: PayloadModelParameters, x: PayloadState, u: Array, E: Array
     tilt[..., 1] = E[..., 0]
     RT = np.swapaxes(x.R, 1, 2)
     eta = x.xi @ x.R
-    arm = skew(a)
+    arm = model.arm_matrices
     pull = (T * arm) @ skew(eta)  # T [a]x [eta]x: minus its sum is d(moment)/d(theta)
     Wx = skew(x.W)
 
@@ -116,10 +115,9 @@ def linearize(model: PayloadModelParameters, x: PayloadState, u: Array, E: Array
     spin = (x.w[:, :, None] @ E)[:, :, 0]
     by_spin = spin * (-2.0 * l[:, None])
     by_thrust = x.xi / m[:, None]
-    for i in range(n):
-        residual[:, i, iA + 2 * i : iA + 2 * i + 2] += by_tilt[:, i]
-        residual[:, i, iB + 2 * i : iB + 2 * i + 2] += by_spin[:, i]
-        residual[:, i, iF + 3 * i : iF + 3 * i + 3] += by_thrust[:, i]
+    own_blocks(residual[:, :, None], iA, 2)[:, :, 0] += by_tilt
+    own_blocks(residual[:, :, None], iB, 2)[:, :, 0] += by_spin
+    own_blocks(residual[:, :, None], iF, 3)[:, :, 0] += by_thrust
     dT = -(d.tension_inverse @ residual)
     X += X_T @ dT
     G += (lever @ X_T) @ dT
@@ -130,16 +128,16 @@ def linearize(model: PayloadModelParameters, x: PayloadState, u: Array, E: Array
     A_y[:, 0:3, 0:3] = -0.5 * Wx
     A_y[:, 3:6] = X[:, 0:3]
     q_y = G.reshape(B, n, 3, ny) / l[:, None, None] + by_thrusts
-    turn = skew(d.q) @ E
-    for i in range(n):
-        q_y[:, i, :, iA + 2 * i : iA + 2 * i + 2] += turn[:, i]
+    own_blocks(q_y, iA, 2)[:] += skew(d.q) @ E
     tiltT = np.swapaxes(tilt, -1, -2)
-    A_y[:, iB:iF] = (tiltT @ q_y).reshape(B, 2 * n, ny)
     # Transport of w along the sphere: the chart's curvature, of second order in the cable's rate.
-    normal = np.stack([-spin[..., 1], spin[..., 0]], -1)
-    curvature = -0.5 * normal[..., :, None] * normal[..., None, :]
-    for i in range(n):
-        A_y[:, iB + 2 * i : iB + 2 * i + 2, iA + 2 * i : iA + 2 * i + 2] += curvature[:, i]
+    normal = np.empty((B, n, 2))
+    normal[..., 0] = -spin[..., 1]
+    normal[..., 1] = spin[..., 0]
+    by_cable = tiltT @ q_y
+    own_blocks(by_cable, iA, 2)[:] -= 0.5 * normal[..., :, None] * normal[..., None, :]
+
+    A_y[:, iB:iF] = by_cable.reshape(B, 2 * n, ny)
 
     rate = np.concatenate(
         [
@@ -161,14 +159,26 @@ class DiscreteModel(NamedTuple):
 
     Attributes
     ----------
-    Phi : (B, nx, nx) array
-    Gamma : (B, nx, 3 n) array
-    drift : (B, nx) array
+    flow : (B, nx, 3 n + nx + 1) array
+        Gamma, Phi and drift side by side.
     """
 
-    Phi: Array
-    Gamma: Array
-    drift: Array
+    flow: Array
+
+    @property
+    def Phi(self) -> Array:
+        """(B, nx, nx), a view."""
+        return self.flow[:, :, -1 - self.flow.shape[1] : -1]
+
+    @property
+    def Gamma(self) -> Array:
+        """(B, nx, 3 n), a view."""
+        return self.flow[:, :, : -1 - self.flow.shape[1]]
+
+    @property
+    def drift(self) -> Array:
+        """(B, nx), a view."""
+        return self.flow[:, :, -1]
 
 
 def discretize(linear: Linearization, step: float) -> DiscreteModel:
@@ -191,24 +201,37 @@ def discretize(linear: Linearization, step: float) -> DiscreteModel:
     _diagonal(S2)[:] += 0.5
     S1 = Z @ S2
     _diagonal(S1)[:] += 1.0
-    A1, A2, A3 = linear.A_v @ S1, linear.A_v @ S2, linear.A_v @ S3
-    Phi = np.zeros((B, nx, nx))
-    Phi[:, 0:3, 3:6] = step * np.eye(3)
-    Phi[:, 0:3, 6:] = step**2 * A2
-    Phi[:, 3:6, 6:] = step * A1
+    # By how much each rate of y moves y, v and p: what the inputs and the drift have in common.
+    flow = np.zeros((B, nx, nu + nx + 1))
+    sources = np.zeros((B, ny, nu + 1))
+    sources.reshape(B, -1)[:, (ny - nu) * (nu + 1) :: nu + 2] = linear.B_F
+    sources[:, :, nu] = linear.rate[:, 6:]
+    Gamma, Phi, drift = flow[:, :, :nu], flow[:, :, nu:-1], flow[:, :, -1]
+    v = (step * linear.A_v) @ S1
+    Phi[:, 3:6, 6:] = v
     np.matmul(Z, S1, out=Phi[:, 6:, 6:])
-    _diagonal(Phi)[:] += 1.0
-    Gamma = np.empty((B, nx, nu))
-    Gamma[:, 0:3] = step**3 * A3[:, :, -nu:]
-    Gamma[:, 3:6] = step**2 * A2[:, :, -nu:]
-    Gamma[:, 6:] = step * S1[:, :, -nu:]
-    Gamma *= linear.B_F
-    drift = np.empty((B, nx))
-    f_v, f_y = linear.rate[:, 3:6], linear.rate[:, 6:, None]
-    drift[:, 0:3] = step * linear.rate[:, 0:3] + 0.5 * step**2 * f_v + step**3 * (A3 @ f_y)[:, :, 0]
-    drift[:, 3:6] = step * f_v + step**2 * (A2 @ f_y)[:, :, 0]
-    drift[:, 6:] = step * (S1 @ f_y)[:, :, 0]
-    return DiscreteModel(Phi, Gamma, drift)
+    A2 = (step**2 * linear.A_v) @ S2
+    Phi[:, 0:3, 6:] = A2
+    moved = np.concatenate([(step**3 * linear.A_v) @ S3, A2, step * S1], axis=1) @ sources
+    Gamma[:] = moved[:, :, :nu]
+    drift[:] = moved[:, :, nu]
+    f_v = step * linear.rate[:, 3:6]
+    drift[:, 0:3] += step * linear.rate[:, 0:3] + 0.5 * step * f_v
+    drift[:, 3:6] += f_v
+    flow.reshape(B, -1)[:, nu :: nu + nx + 2] += 1.0
+    Phi[:, 0:3, 3:6] = step * np.eye(3)
+    return DiscreteModel(flow)
+
+
+def own_blocks(rows: Array, first: int, width: int) -> Array:
+    """Return, of rows (B, n, k, m) of n cables, each cable's own columns (B, n, k, width), to be written to.
+
+    Those of cable i begin at first + i width. `rows` is contiguous.
+    """
+    B, n, k, m = rows.shape
+    size = rows.itemsize
+    strides = (n * k * m * size, (k * m + width) * size, m * size, size)
+    return np.ndarray((B, n, k, width), rows.dtype, rows, first * size, strides)
 
 
 def _diagonal(matrices: Array) -> Array:
@@ -231,32 +254,36 @@ def change_chart(discrete: DiscreteModel, x: PayloadState, E: Array, y: PayloadS
         Tangent bases at x and y.
     """
     B, n = x.xi.shape[:2]
-    Phi, Gamma, d = discrete
-    drift = d.copy()
-    for part, before, after in ((0, x.p, y.p), (3, x.v, y.v), (9, x.W, y.W)):
-        drift[:, part : part + 3] += before - after
-    drift[:, 12 + 4 * n :] += (x.F - y.F).reshape(B, 3 * n)
+    flow, drift, c = discrete.flow, discrete.drift, 12 + 2 * n
+    drift[:, 0:3] += x.p - y.p
+    drift[:, 3:6] += x.v - y.v
+    drift[:, 9:12] += x.W - y.W
+    drift[:, c + 2 * n :] += (x.F - y.F).reshape(B, 3 * n)
     # exp(d) = exp(phi) exp(c) with phi the rotation from x to y: c = J_r(phi) (d - phi) near y.
     turned = np.swapaxes(x.R, 1, 2) @ y.R
     phi = _arc(0.5 * (turned[:, (2, 0, 1), (1, 2, 0)] - turned[:, (1, 2, 0), (2, 0, 1)]))
     K = skew(phi)
-    turn = np.eye(3) - 0.5 * K + K @ K / 6
-    drift[:, 6:9] = (turn @ (d[:, 6:9] - phi)[:, :, None])[:, :, 0]
-    Phi[:, 6:9] = turn @ Phi[:, 6:9]
-    Gamma[:, 6:9] = turn @ Gamma[:, 6:9]
-    # Cables: where y lies in the chart at x, and how the bases turn on the way there.
-    ET = np.swapaxes(E, -1, -2)
-    frame = np.swapaxes(E_y, -1, -2) @ np.swapaxes(transport(x.xi[:, :, None], y.xi[:, :, None], ET), -1, -2)
-    place = (ET @ _arc(cross(x.xi, y.xi))[..., None])[..., 0]
-    spin, spin_y = (x.w[:, :, None] @ E)[:, :, 0], (y.w[:, :, None] @ E_y)[:, :, 0]
-    cables = d[:, 12 : 12 + 4 * n].reshape(B, 2, n, 2) + np.stack([-place, spin], axis=1)
-    cables = (frame[:, None] @ cables[..., None])[..., 0]
-    cables[:, 1] -= spin_y
-    drift[:, 12 : 12 + 4 * n] = cables.reshape(B, 4 * n)
-    for M in (Phi, Gamma):
-        block = M[:, 12 : 12 + 4 * n].reshape(B, 2, n, 2, -1)
-        M[:, 12 : 12 + 4 * n] = (frame[:, None] @ block).reshape(B, 4 * n, -1)
-    return DiscreteModel(Phi, Gamma, drift)
+    turn = K @ K
+    turn /= 6
+    turn -= 0.5 * K
+    _diagonal(turn)[:] += 1.0
+    drift[:, 6:9] -= phi
+    flow[:, 6:9] = turn @ flow[:, 6:9]
+    # Cables: where y lies in the chart at x, and how the bases turn on the way there (along the shortest arc from one to the other).
+    to_y = (y.xi[:, :, None] @ E)[:, :, 0]
+    to_x = (x.xi[:, :, None] @ E_y)[:, :, 0]
+    cosine = (x.xi * y.xi).sum(-1)[:, :, None]
+    frame = np.swapaxes(E_y, -1, -2) @ E
+    frame -= to_x[..., :, None] * (to_y / (1.0 + cosine))[..., None, :]
+    place = np.empty_like(to_y)
+    place[..., 0] = -to_y[..., 1]
+    place[..., 1] = to_y[..., 0]
+    drift[:, 12:c] -= _arc(place).reshape(B, 2 * n)
+    drift[:, c : c + 2 * n] += (x.w[:, :, None] @ E).reshape(B, 2 * n)
+    block = flow[:, 12 : c + 2 * n].reshape(B, 2, n, 2, -1)
+    np.matmul(frame[:, None], block.copy(), out=block)
+    drift[:, c : c + 2 * n] -= (y.w[:, :, None] @ E_y).reshape(B, 2 * n)
+    return discrete
 
 
 def _arc(sine: Array) -> Array:

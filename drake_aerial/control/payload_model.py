@@ -18,6 +18,9 @@ from drake_aerial.geometry import quat_from_matrix, quat_log
 
 Array = NDArray[np.float64]
 
+_TINY = 1e-30
+"""Below the rounding of any squared angle that matters [rad^2]."""
+
 
 class PayloadState(NamedTuple):
     """A batch of states of the model.
@@ -54,8 +57,8 @@ class PayloadDerivative(NamedTuple):
         Velocity and acceleration of the CoM in the world.
     W, dW : (B, 3) arrays
         Angular velocity (R' = R [W]x) and its derivative, in the axes of L.
-    w, dw : (B, n, 3) arrays
-        Angular velocities of the cables (xi' = w x xi) and their derivatives, in the world.
+    xi, w : (B, n, 3) arrays
+        Directions and angular velocities of the cables (xi' = w x xi) in the world.
     dF : (B, n, 3) array
         Derivatives of the thrust vectors [N/s].
     tension : (B, n) array
@@ -72,13 +75,18 @@ class PayloadDerivative(NamedTuple):
     a: Array
     W: Array
     dW: Array
+    xi: Array
     w: Array
-    dw: Array
     dF: Array
     tension: Array
     q: Array
     arm_acceleration: Array
     tension_inverse: Array
+
+    @property
+    def dw(self) -> Array:
+        """Derivatives of the cables' angular velocities, (B, n, 3) in the world."""
+        return cross(self.xi, self.q)
 
 
 def derivative(model: PayloadModelParameters, x: PayloadState, u: Array) -> PayloadDerivative:
@@ -89,34 +97,37 @@ def derivative(model: PayloadModelParameters, x: PayloadState, u: Array) -> Payl
     M, J, Jinv, a = model.mass, model.inertia, model.inertia_inverse, model.arms
     m, l = model.quadrotor_mass, model.cable_length
     eta = x.xi @ x.R
-    S = cross(a, eta)
-    gyro = cross(x.W @ J, x.W)
+    S = (model.arm_matrices @ eta[..., None])[..., 0]
     Wx = skew(x.W)
+    gyro = -(Wx @ (x.W @ J)[:, :, None])[:, :, 0]
     centripetal = np.swapaxes(Wx @ (Wx @ a.T), 1, 2)
-    D = x.xi @ np.swapaxes(x.xi, 1, 2) / M + (S @ Jinv) @ np.swapaxes(S, 1, 2) + np.diag(1.0 / m)
+    D = x.xi @ np.swapaxes(x.xi, 1, 2) / M + (S @ Jinv) @ np.swapaxes(S, 1, 2) + model.inverse_masses
     rhs = (
-        l * (x.w * x.w).sum(-1)
-        - (x.xi * x.F).sum(-1) / m
-        + (eta * centripetal).sum(-1)
+        l * np.einsum("bij,bij->bi", x.w, x.w)
+        - np.einsum("bij,bij->bi", x.xi, x.F) / m
+        + np.einsum("bij,bij->bi", eta, centripetal)
         + (S @ (gyro @ Jinv)[:, :, None])[:, :, 0]
     )
-    inverse = np.linalg.inv(D).astype(float, copy=False)  # well conditioned: 1/m is on the diagonal of D
+    # Well conditioned: 1/m is on the diagonal of D.
+    inverse = np.linalg.inv(D).astype(float, copy=False) if model.n > 1 else 1.0 / D
     T = inverse @ rhs[:, :, None]
-    acceleration = (x.xi * (T / -M)).sum(1)
-    dW = (gyro - (S * T).sum(1)) @ Jinv
-    arm = cross(dW[:, None], a) + centripetal
+    acceleration = np.einsum("bij,bik->bj", x.xi, T) / -M
+    dW = (gyro - np.einsum("bij,bik->bj", S, T)) @ Jinv
+    arm = np.swapaxes(skew(dW) @ a.T, 1, 2) + centripetal
     q = (acceleration[:, None] + arm @ np.swapaxes(x.R, 1, 2) - x.F / m[:, None]) / l[:, None]
     acceleration[:, 2] -= GRAVITY
     return PayloadDerivative(
-        x.v, acceleration, x.W, dW, x.w, cross(x.xi, q), (u - x.F) / model.thrust_lag, T[:, :, 0], q, arm, inverse
+        x.v, acceleration, x.W, dW, x.xi, x.w, (u - x.F) / model.thrust_lag, T[:, :, 0], q, arm, inverse
     )
 
 
 def rotation_exp(theta: Array) -> Array:
     """Return the rotation matrices (B, 3, 3) of rotation vectors (B, 3) [rad]."""
     K = skew(theta)
-    half = 0.5 * np.sqrt((theta * theta).sum(-1))[:, None, None] / np.pi
-    return np.eye(3) + np.sinc(2.0 * half) * K + 0.5 * np.sinc(half) ** 2 * (K @ K)
+    # What is added keeps the quotients of zero by zero at their limit, 1.
+    angle = np.sqrt(np.einsum("bi,bi->b", theta, theta) + _TINY)[:, None, None]
+    half = 0.5 * angle
+    return np.eye(3) + np.sin(angle) / angle * K + 0.5 * (np.sin(half) / half) ** 2 * (K @ K)
 
 
 def rotation_log(R: Array) -> Array:
@@ -158,17 +169,23 @@ def retract(x: PayloadState, delta: Array, E: Array | None = None) -> PayloadSta
     """
     B, n = x.xi.shape[:2]
     E = tangent_basis(x.xi) if E is None else E
-    rho = (E @ delta[:, 12 : 12 + 2 * n].reshape(B, n, 2, 1))[..., 0]
-    angle = np.sqrt((rho * rho).sum(-1, keepdims=True))
-    xi = np.cos(angle) * x.xi + np.sinc(angle / np.pi) * cross(rho, x.xi)
+    turn = delta[:, 12 : 12 + 2 * n].reshape(B, n, 2)
+    angle = np.sqrt(np.einsum("bij,bij->bi", turn, turn) + _TINY)[:, :, None]
+    across = np.empty((B, n, 2, 1))  # rho x xi for rho = E turn, E being right-handed
+    across[:, :, 0, 0] = turn[:, :, 1]
+    across[:, :, 1, 0] = -turn[:, :, 0]
+    cosine = np.cos(angle)
+    xi = cosine * x.xi + np.sin(angle) / angle * (E @ across)[..., 0]
     w = x.w + (E @ delta[:, 12 + 2 * n : 12 + 4 * n].reshape(B, n, 2, 1))[..., 0]
+    # Transported with the direction; shorter than `transport`, since w is perpendicular to x.xi.
+    w -= np.einsum("bij,bij->bi", xi, w)[:, :, None] / (1.0 + cosine) * (x.xi + xi)
     return PayloadState(
         x.p + delta[:, 0:3],
         x.v + delta[:, 3:6],
         x.R @ rotation_exp(delta[:, 6:9]),
         x.W + delta[:, 9:12],
         xi,
-        transport(x.xi, xi, w),
+        w,
         x.F + delta[:, 12 + 4 * n :].reshape(B, n, 3),
     )
 

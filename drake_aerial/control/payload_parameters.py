@@ -93,6 +93,16 @@ class PayloadModelParameters:
         return self.p_LC - self.p_LLcm
 
     @cached_property
+    def arm_matrices(self) -> Array:
+        """[a_i]x of the arms, (n, 3, 3) [m]."""
+        return skew(self.arms)
+
+    @cached_property
+    def inverse_masses(self) -> Array:
+        """diag(1 / m_i), (n, n) [1/kg]."""
+        return np.diag(1.0 / self.quadrotor_mass)
+
+    @cached_property
     def inertia_inverse(self) -> Array:
         """Inverse of the payload's inertia (3, 3) [1/(kg m^2)]."""
         return np.linalg.inv(self.inertia)

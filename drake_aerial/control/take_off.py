@@ -92,6 +92,8 @@ class TakeOff:
         noise : float
             Standard deviation of the payload's position at the first tick, which nothing has filtered yet [m].
         """
+        if memory[0] == FlightPhase.FLYING:
+            return memory
         contacts = seen.p + model.p_LC @ seen.R.T
         gap = np.linalg.norm(contacts - seen.p_WQ, axis=1)
         phase, since = int(memory[0]), memory[1]

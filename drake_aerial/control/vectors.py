@@ -14,7 +14,7 @@ for _i, _j, _k, _s in ((0, 1, 2, -1), (0, 2, 1, 1), (1, 0, 2, 1), (1, 2, 0, -1),
 
 def skew(v: Array) -> Array:
     """Return the matrices [v]x (..., 3, 3) with [v]x w = v x w, for v (..., 3)."""
-    return (v @ _LEVI_CIVITA).reshape(*v.shape, 3)
+    return (v.reshape(-1, 3) @ _LEVI_CIVITA).reshape(*v.shape, 3)
 
 
 def cross(a: Array, b: Array) -> Array:

@@ -26,6 +26,8 @@ from drake_aerial.plant.cable_geometry import contact_offsets
 from drake_aerial.plant.elastic_step import mean_pull
 from drake_aerial.plant.scene import GRAVITY
 
+_NOTHING_DONE = EventStatus.DidNothing()
+
 
 class CableTensions(LeafSystem):
     """Tensions of n inextensible cables, from the reaction forces of their prismatic joints.
@@ -216,9 +218,11 @@ class GripperRelease:
     def __call__(self, root_context: Context) -> EventStatus:
         """Release what is overloaded in the context of the whole diagram."""
         context = self._plant.GetMyContextFromRoot(root_context)
-        # The tensions are slow to read, so most steps end here.
-        if all(abs(slide.get_translation_rate(context)) < harmless for slide, harmless in self._slides):
-            return EventStatus.DidNothing()
+        for slide, harmless in self._slides:
+            if abs(slide.get_translation_rate(context)) >= harmless:
+                break
+        else:  # the tensions are slow to read, so most steps end here
+            return _NOTHING_DONE
         system = self._tensions.get_system()
         tension = self._tensions.Eval(system.GetMyContextFromRoot(root_context))
         if not (tension > self._hold).any():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -16,6 +17,7 @@ from drake_aerial.transport.station import TransportStation
 OUTCOMES = ("completed", "dropped", "crashed", "diverged")
 Progress = Callable[[float, str], None]
 
+_NOTHING_DONE = EventStatus.DidNothing()
 _LOOK = 0.02
 _REPORT = 0.2
 _AFTERMATH = 0.5
@@ -70,6 +72,8 @@ class FlightMonitor:
         self._attached: Any = np.ones(station.n, dtype=bool)
         self._dropped_at: Array | None = None
         self._station, self._trajectory, self._max_error, self._progress = station, trajectory, max_error, progress
+        names = ("payload.state", "quadrotors.state", "plant.contact_results")
+        self._payload_state, self._quadrotor_states, self._contacts = (station.GetOutputPort(name) for name in names)
         release = station.cable_system.release
         self._release = release if release is not None and release.is_needed else None
         self._quadrotors = {int(q.body.index()) for q in station.quadrotors}
@@ -89,7 +93,7 @@ class FlightMonitor:
             self._release(context)
         t = context.get_time()
         if t < self._next_look - 1e-9:
-            return EventStatus.DidNothing()
+            return _NOTHING_DONE
         self._next_look = t + _LOOK
         if self._progress is not None and t >= self._next_report:
             self._next_report = t + _REPORT
@@ -113,13 +117,12 @@ class FlightMonitor:
 
     def _look(self, context: Context, t: float) -> None:
         station = self._station
-        payload = station.GetOutputPort("payload.state").Eval(context)
-        quadrotors = station.GetOutputPort("quadrotors.state").Eval(context)
+        payload, quadrotors = self._payload_state.Eval(context), self._quadrotor_states.Eval(context)
         desired = self._reference[min(round(t / _LOOK), len(self._reference) - 1)]
-        error = float(np.linalg.norm(payload[4:7] - desired))
+        error = math.dist(payload[4:7], desired)
         if self._dropped_at is not None:
             # The rest may stay where it happened.
-            error = min(error, float(np.linalg.norm(payload[4:7] - self._dropped_at)))
+            error = min(error, math.dist(payload[4:7], self._dropped_at))
         attached: Any = station.cable_system.attached(context)
         if not (np.isfinite(payload).all() and np.isfinite(quadrotors).all()):
             self.end("diverged", "the state is not finite", t)
@@ -136,7 +139,7 @@ class FlightMonitor:
             self._look_for_contacts(context, t)
 
     def _look_for_contacts(self, context: Context, t: float) -> None:
-        results = self._station.GetOutputPort("plant.contact_results").Eval(context)
+        results = self._contacts.Eval(context)
         for i in range(results.num_point_pair_contacts()):
             info = results.point_pair_contact_info(i)
             bodies = {int(info.bodyA_index()), int(info.bodyB_index())}

@@ -93,8 +93,10 @@ class TransportStation(Diagram):
             gripper = add_gripper(self.plant, self.payload_body, contacts[i], normals[i], grippers[i], f"gripper{k}")
             self.cables.append(add_cable(self.plant, self.quadrotors[i], gripper, cables[i], f"cable{k}"))
         self.plant.Finalize()
-        self._logs: dict[str, VectorLogSink] = {}
+        self._logged: list[OutputPort] = []
+        self._logs: dict[str, slice] = {}
         self._wire(builder)
+        self._add_log(builder)
         builder.BuildInto(self)
         self.set_name("transport_station")
 
@@ -201,9 +203,17 @@ class TransportStation(Diagram):
     def _export(self, builder: DiagramBuilder, port: OutputPort, name: str, *, log: bool = False) -> None:
         builder.ExportOutput(port, name)
         if log:
-            sink = builder.AddNamedSystem(f"log.{name}", VectorLogSink(port.size(), LOG_PERIOD))
-            builder.Connect(port, sink.get_input_port())
-            self._logs[name] = sink
+            begin = sum(other.size() for other in self._logged)
+            self._logs[name] = slice(begin, begin + port.size())
+            self._logged.append(port)
+
+    def _add_log(self, builder: DiagramBuilder) -> None:
+        """Log what is to be logged by one system: the simulator asks every system at every step what it has to do."""
+        together = builder.AddNamedSystem("logged", Multiplexer([port.size() for port in self._logged]))
+        for k, port in enumerate(self._logged):
+            builder.Connect(port, together.get_input_port(k))
+        self._log = builder.AddNamedSystem("log", VectorLogSink(together.get_output_port().size(), LOG_PERIOD))
+        builder.Connect(together.get_output_port(), self._log.get_input_port())
 
     def place(self, context: Context, *, seed: int = 0, reference: Trajectory | None = None) -> Trajectory | None:
         """Set up a trial in a fresh context, at rest, with L's origin above the world's.
@@ -276,8 +286,8 @@ class TransportStation(Diagram):
         """Return times (T,) [s] and values (T, size) of a logged output port, by its exported name."""
         if name not in self._logs:
             raise InputError(f"no log of {name!r}: give one of {', '.join(self._logs)}")
-        log = self._logs[name].FindLog(root_context)
-        return np.array(log.sample_times()), np.array(log.data().T)
+        log = self._log.FindLog(root_context)
+        return np.array(log.sample_times()), np.array(log.data()[self._logs[name]].T)
 
 
 def make_transport_station(

@@ -12,7 +12,7 @@ def test_the_condensed_minimum_solves_the_full_kkt_system():
     Q, q = root @ np.swapaxes(root, 1, 2), rng.normal(size=(N + 1, nx))
     R, r = rng.uniform(0.5, 2.0, nu), rng.normal(size=(N, nu))
     problem = CondensedProblem(N, nx, nu)
-    H, g = problem.condense(DiscreteModel(A, B, c), Q, q, R, r)
+    H, g = problem.condense(DiscreteModel(np.concatenate([B, A, c[:, :, None]], axis=2)), Q, q, R, r)
     u = -np.linalg.solve(np.tril(H) + np.tril(H, -1).T, g)
 
     # Unknowns u_0 d_1 u_1 d_2 ...; equality constraints d_{k+1} - A d_k - B u_k = c with multipliers.
@@ -31,5 +31,5 @@ def test_the_condensed_minimum_solves_the_full_kkt_system():
     np.testing.assert_allclose(u.reshape(N, nu), exact[:, :nu], atol=1e-8)
     np.testing.assert_allclose(problem.expand(u)[1:], exact[:, nu:], atol=1e-8)
     # Buffers are reused: a second problem must not see the first.
-    H2, g2 = problem.condense(DiscreteModel(A, B, c), Q, q, R, r)
+    H2, g2 = problem.condense(DiscreteModel(np.concatenate([B, A, c[:, :, None]], axis=2)), Q, q, R, r)
     np.testing.assert_allclose(-np.linalg.solve(np.tril(H2) + np.tril(H2, -1).T, g2), u, atol=1e-9)
