@@ -61,11 +61,14 @@ def metrics_table(flights: Mapping[str, Mapping[str, Any]]) -> str:
 
 def embedded_image(image: Path, caption: str, *, kind: str = "") -> str:
     """Return a PNG as an HTML figure that needs no file beside it; `kind` is the figure's class for the page's style."""
-    data = base64.b64encode(image.read_bytes()).decode()
+    raw = image.read_bytes()
+    data = base64.b64encode(raw).decode()
     text = html.escape(caption)
     label = f' class="{kind}"' if kind else ""
+    # A PNG says its width in bytes 16 to 19; none is drawn larger than it is.
+    width = int.from_bytes(raw[16:20], "big")
     return (
-        f'<figure{label}><div class="wide"><img alt="{text}" src="data:image/png;base64,{data}"></div>'
+        f'<figure{label}><div class="wide"><img alt="{text}" style="--w:{width}px" src="data:image/png;base64,{data}"></div>'
         f"<figcaption>{text}</figcaption></figure>"
     )
 

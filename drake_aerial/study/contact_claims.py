@@ -136,6 +136,10 @@ def local_minima_claim(own: Sequence[OwnLikelihood]) -> Claim:
         if item.rival is None or not item.own:
             findings.append(Finding(item.condition, "", item.rival_method, NOT_TESTED, detail=item.note))
             continue
+        if len(item.own) < FEWEST_SOLUTIONS:
+            detail = f"{len(item.own)} solution(s) of the baseline"
+            findings.append(Finding(item.condition, "", item.rival_method, NOT_TESTED, detail=detail))
+            continue
         stuck = sum(value < item.rival for value in item.own)
         findings.append(
             Finding(
@@ -149,7 +153,7 @@ def local_minima_claim(own: Sequence[OwnLikelihood]) -> Claim:
             )
         )
     why = [
-        f"{f.condition}: {f.detail}. So what the baseline found is not a failure of its search; it is what local likeness prefers."
+        f"{f.condition}: {f.detail}. What it found is then no failure of its search; it is what local likeness prefers."
         for f in findings
         if f.outcome == WORSE
     ]

@@ -65,18 +65,21 @@ def draw_gallery(
     columns : int
         How many solutions a row has room for.
     """
-    if skill is None and all(len(cells) == 1 for cells in rows.values()):
-        # Contacts that were given, one a method: side by side.
+    first = 0 if skill is None else 1
+    if all(len(cells) == 1 for cells in rows.values()):
+        # One solution a method: side by side.
         shown = [(method, cell) for method, cells in rows.items() for cell in cells]
-        drawing, axes = figure(_WIDTH * len(shown), 2.3, 1, len(shown))
-        grid = [[*zip(axes[0], shown)]]
+        drawing, axes = figure(_WIDTH * (len(shown) + first), 2.3, 1, len(shown) + first)
+        grid = [[pair] for pair in zip(axes[0, first:], shown)]
     else:
         columns = max(1, min(columns, max(len(cells) for cells in rows.values())))
-        drawing, axes = figure(_WIDTH * (columns + 1), 2.05 * len(rows), len(rows), columns + 1)
-        grid = [[*zip(row[1:], ((method, cell) for cell in cells))] for row, (method, cells) in zip(axes, rows.items())]
-        if skill is not None:
-            axes[0, 0].imshow(render(skill_picture(skill), size=CELL, zoom=1.1))
-            axes[0, 0].set_title("shown once", fontsize=9)
+        drawing, axes = figure(_WIDTH * (columns + first), 2.05 * len(rows), len(rows), columns + first)
+        grid = [
+            [*zip(row[first:], ((method, cell) for cell in cells))] for row, (method, cells) in zip(axes, rows.items())
+        ]
+    if skill is not None:
+        axes[0, 0].imshow(render(skill_picture(skill), size=CELL, zoom=1.1))
+        axes[0, 0].set_title("shown once", fontsize=9)
     for axis in axes.flat:
         axis.set_axis_off()
     bounds, colors = _bounds(surface.points, rows), _saliency_colors(surface.saliency)
@@ -85,7 +88,7 @@ def draw_gallery(
             picture = _picture(cell.solution, surface.points, colors, com_S)
             axis.imshow(render(picture, size=CELL, bounds=bounds))
             axis.set_title(cell.caption, fontsize=9)
-            if k == 0 or skill is None:
+            if k == 0:
                 axis.text(
                     -0.02, 0.45, method, transform=axis.transAxes, fontsize=12, weight="bold", rotation=90, ha="right", va="center",
                     color=method_color(method),

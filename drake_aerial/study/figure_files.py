@@ -28,6 +28,8 @@ def save_figures(drawing: Any, stem: Path, dpi: int) -> Path:
 
     png = stem.with_name(stem.name + ".png")
     save_figure(drawing, stem.with_name(stem.name + ".pdf"))
+    # The layout stands; to work it out again would take as long as drawing.
+    drawing.set_layout_engine("none")
     save_figure(drawing, png, dpi=dpi)
     with Image.open(png) as image:
         # Few colours are in use: a palette takes a third of the bytes.

@@ -71,7 +71,7 @@ def _draw(panel: Any, method: str, timeline: Timeline, name: str, factor: float)
     color = method_color(method)
     flights = len(values)
     broken = int(flights - timeline.completed.sum())
-    label = f"{method} ({flights} flights{f', {broken} failed' if broken else ''})"
+    label = f"{method} ({flights} flight{'s' * (flights != 1)}{f', {broken} failed' if broken else ''})"
     panel.plot(
         timeline.time[there], mean[there], color=color, ls=METHOD_LINES.get(method, "-"), lw=1.6, label=label, zorder=3
     )
@@ -103,5 +103,5 @@ def _phases(panel: Any, timeline: Timeline) -> None:
         panel.axvline(start, color="0.6", lw=0.8, ls=":", zorder=1)
         middle = 0.5 * (max(start, timeline.time[0]) + end)
         panel.text(
-            middle, 0.99, name, transform=panel.get_xaxis_transform(), ha="center", va="top", fontsize=8, color="0.4"
+            middle, 0.99, name, transform=panel.get_xaxis_transform(), ha="center", va="top", fontsize=7, color="0.4"
         )

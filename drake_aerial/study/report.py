@@ -165,7 +165,7 @@ def _caption(members: list[Record]) -> str:
 def _lines(numbers: StudyNumbers) -> list[str]:
     flights = sum(s["flights"] for s in numbers.summaries)
     failures = sum(s["dropped"] + s["crashed"] + s["diverged"] for s in numbers.summaries)
-    lines = [f"{flights} flights in {len(numbers.conditions)} conditions, {failures} failed"]
+    lines = [f"flights: {flights}, conditions: {len(numbers.conditions)}, failed: {failures}"]
     for claim in numbers.claims:
         verdicts = ", ".join(f"{subject}: {word}" for subject, word in claim.verdicts.items())
         lines.append(f"{claim.text} [{verdicts}]")

@@ -100,9 +100,17 @@ def _answer(numbers: StudyNumbers) -> str:
         untested = sum(word == "not tested" for word in words)
         unsure = sum(word == "undecided" for word in words)
         part = len(words) - full - none - untested - unsure
-        counts = [f"{full} hold", f"{part} hold in part", f"{none} do{'es' * (none == 1)} not hold"]
-        counts += [f"{unsure} {'is' if unsure == 1 else 'are'} undecided"] * bool(unsure)
-        counts += [f"{untested} could not be tested"] * bool(untested)
+        counts = [
+            f"{number} {what}"
+            for number, what in (
+                (full, "hold"),
+                (part, "hold in part"),
+                (none, "do not hold"),
+                (unsure, "remain undecided"),
+                (untested, "could not be tested"),
+            )
+            if number
+        ]
         parts.append(
             f"Of the paper's {len(words)} claims on how contacts fly, for {method_name(method)}: {', '.join(counts)}."
         )
@@ -261,7 +269,7 @@ def _claim_details(index: int, claim: Claim, open_: bool) -> str:
             method_name(f.subject),
             html.escape(f.text()),
             badge(f.outcome),
-            html.escape(f.detail if f.figure[0] is not None else ""),
+            f'<div class="more">{html.escape(f.detail if f.figure[0] is not None else "")}</div>',
         ]
         for f in claim.findings
     ]

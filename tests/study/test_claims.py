@@ -97,8 +97,8 @@ def test_feature_rich_is_above_chance():
 
 
 def test_stuck_is_where_a_better_place_by_its_own_measure_is_known():
-    stuck = OwnLikelihood("C", (1.0, 0.5, 0.2), 2.0, "task")
-    found = OwnLikelihood("D", (3.0, 2.5, 0.2), 2.0, "task")
+    stuck = OwnLikelihood("C", (1.0, 0.5, 0.2, 0.1), 2.0, "task")
+    found = OwnLikelihood("D", (3.0, 2.5, 2.2, 0.1), 2.0, "task")
     claim = local_minima_claim([stuck, found])
     assert [f.outcome for f in claim.findings] == [BETTER, WORSE]
     assert claim.verdicts == {"kopicki": "holds in C only"}

@@ -121,7 +121,7 @@ def test_the_verb_prints_what_was_found_and_what_it_took(tmp_path, capsys):
     write_study(tmp_path, [record("A", "task", 1, 0, 0.02)], conditions=CONDITIONS, series=False)
     assert cli.main(["report", str(tmp_path)]) == 0
     out = capsys.readouterr().out
-    assert "1 flights in 1 conditions" in out
+    assert "flights: 1, conditions: 1, failed: 0" in out
     assert "1.5 s of processor time" in out
     assert (tmp_path / "report.html").exists()
 
