@@ -2,8 +2,7 @@
 
 Every log-density is normalised. Bandwidths of rotations are angles: the standard deviation [rad] of each
 component of the rotation vector for small bandwidths, from which the concentration of the von Mises-Fisher
-kernel follows. Sources: the paper's kernel of surface features (section "Kernel density estimator"); DESIGN
-4.2.
+kernel follows. Sources: the paper's kernel of surface features (section "Kernel density estimator"); docs/method.md.
 """
 
 from __future__ import annotations

@@ -1,6 +1,4 @@
-"""The configuration model H(h): how the grippers and quadrotors stand to each other and to gravity (DESIGN
-4.2).
-"""
+"""The configuration model H(h): how the grippers and quadrotors stand to each other and to gravity (docs/method.md)."""
 
 from __future__ import annotations
 

@@ -1,6 +1,4 @@
-"""The horizontal hull of a cloud: what "how far across" means on objects of another size or aspect (DESIGN
-4.5).
-"""
+"""The horizontal hull of a cloud: what "how far across" means on objects of another size or aspect (docs/method.md)."""
 
 from __future__ import annotations
 

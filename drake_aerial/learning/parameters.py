@@ -1,4 +1,4 @@
-"""What learning depends on, and the numbers that worked (DESIGN 4.4)."""
+"""What learning depends on, and the numbers that worked (docs/method.md)."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from drake_aerial.geometry import Array
 from drake_aerial.learning.object_model import replace_pose
 from drake_aerial.perception.surface_features import SurfaceFeatures
 
-# Horizontal part of a feature's outward direction from which on it counts in full (DESIGN 4.5, step 1).
+# Horizontal part of a feature's outward direction from which on it counts in full (docs/method.md).
 FULL_HORIZONTAL = 0.3
 
 

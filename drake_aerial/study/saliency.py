@@ -10,7 +10,7 @@ from drake_aerial.perception.point_cloud import PointCloud
 from drake_aerial.perception.surface_features import FeatureParameters, compute_features
 
 REACH = 0.05
-"""Radius around a contact that counts as its surroundings [m]: what a contact model sees of an object (DESIGN 4.2)."""
+"""Radius around a contact that counts as its surroundings [m]: what a contact model sees of an object (docs/method.md)."""
 
 
 class SalientSurface:

@@ -1,4 +1,4 @@
-"""Simulated annealing of many chains at once (DESIGN 4.4)."""
+"""Simulated annealing of many chains at once (docs/method.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The arm that learns nothing: contacts over the middle of what is seen (DESIGN 4.5, `centroid`)."""
+"""The arm that learns nothing: contacts over the middle of what is seen (docs/method.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The static equilibrium of a payload on several cables, with the tensions as unknowns (DESIGN 4.4)."""
+"""The static equilibrium of a payload on several cables, with the tensions as unknowns (docs/method.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Why a contact cannot be flown: named reasons instead of discarding by hand (DESIGN 4.4, Selection)."""
+"""Why a contact cannot be flown: named reasons instead of discarding by hand (docs/method.md)."""
 
 from __future__ import annotations
 

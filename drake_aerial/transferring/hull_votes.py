@@ -1,6 +1,4 @@
-"""Votes in hull coordinates: where on the new object the demonstrated contact would be (DESIGN 4.5, steps 1
-to 3).
-"""
+"""Votes in hull coordinates: where on the new object the demonstrated contact would be (docs/method.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The contact likelihood J(h) = H(h) prod_n Q_n(L_n) V^gamma that annealing maximises (DESIGN 4.4, 4.5)."""
+"""The contact likelihood J(h) = H(h) prod_n Q_n(L_n) V^gamma that annealing maximises (docs/method.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The factors of the contact likelihood J, with analytic gradients (DESIGN 4.4).
+"""The factors of the contact likelihood J, with analytic gradients (docs/method.md).
 
 Each factor maps the n grippers of one configuration, X_NG in the canonical frame N, to its logarithm and the gradients
 by positions (n, 3) [1/m] and by rotation vectors w (n, 3) [1/rad] of the perturbed rotations exp(w) R_NG.

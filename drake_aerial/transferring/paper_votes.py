@@ -1,6 +1,4 @@
-"""The paper's votes: rigid task-feature frames found on the new cloud predict gripper poses (DESIGN 4.3,
-step 1).
-"""
+"""The paper's votes: rigid task-feature frames found on the new cloud predict gripper poses (docs/method.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What transfer depends on, and the methods' names (DESIGN 4.3 to 4.5)."""
+"""What transfer depends on, and the methods' names (docs/method.md)."""
 
 from __future__ import annotations
 

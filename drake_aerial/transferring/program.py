@@ -1,4 +1,4 @@
-"""Refinement of contacts as a Drake MathematicalProgram that a user can extend (DESIGN 4.4)."""
+"""Refinement of contacts as a Drake MathematicalProgram that a user can extend (docs/method.md)."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ def draw_candidates(
 
 
 class NormalisedQuery:
-    """Contact density per unit of surface, C_n(L) = Q_M(L) / (D(L) + d0) (DESIGN 4.5, step 4).
+    """Contact density per unit of surface, C_n(L) = Q_M(L) / (D(L) + d0) (docs/method.md).
 
     Q_M is the KDE over the candidates with their contact weights, D the same kernels with equal weights, d0
     a part of D's median: what remains is how much the surface looks like the contact, not how densely it was
@@ -87,7 +87,7 @@ class NormalisedQuery:
 
 
 class ResampledQuery:
-    """The paper's query density: the KDE over N_Q candidates resampled by their weights (DESIGN 4.3, step 3).
+    """The paper's query density: the KDE over N_Q candidates resampled by their weights (docs/method.md).
 
     Attributes
     ----------

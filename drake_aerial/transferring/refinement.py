@@ -38,7 +38,7 @@ def refine(
     top: int | None = None,
     progress: Callable[[float, str], None] | None = None,
 ) -> ContactSolutions:
-    """Improve the solutions of a transfer by local optimisation (DESIGN 4.4, MathematicalProgram).
+    """Improve the solutions of a transfer by local optimisation (docs/method.md).
 
     No solution gets worse: a feasible one stays feasible and its likelihood does not fall; an infeasible one becomes
     feasible, at whatever likelihood that takes, or else is replaced only by one with fewer or the same reasons against

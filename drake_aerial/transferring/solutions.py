@@ -1,4 +1,4 @@
-"""Ranked contact solutions, and the contacts.json file (DESIGN 7)."""
+"""Ranked contact solutions, and the contacts.json file (docs/files.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where annealing starts: candidate contacts drawn by their likelihood (DESIGN 4.4)."""
+"""Where annealing starts: candidate contacts drawn by their likelihood (docs/method.md)."""
 
 from __future__ import annotations
 

@@ -157,7 +157,7 @@ def query(
     parameters: TransferParameters,
     rng: np.random.Generator,
 ) -> Evidence:
-    """Build the densities of a method on a new cloud's features in N (DESIGN 4.3 and 4.5).
+    """Build the densities of a method on a new cloud's features in N (docs/method.md).
 
     Methods that differ in their votes alone draw the same candidates from the same generator.
     """
