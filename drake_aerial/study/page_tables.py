@@ -16,7 +16,7 @@ td { font-variant-numeric: tabular-nums; white-space: nowrap; } td.l { white-spa
 .method { white-space: nowrap; } .method::before { content: ""; display: inline-block; width: .7em; height: .7em; border-radius: 50%;
 margin-right: .35em; background: var(--c); }
 details { border: 1px solid #d0d7de; border-radius: 6px; padding: .4rem .8rem; margin: .6rem 0; } summary { cursor: pointer; font-weight: 600; }
-figure.wide-figure img { max-width: none; width: min(100%, var(--w)); min-width: min(46rem, var(--w)); }
+figure.small-figure img { width: min(100%, var(--w)); } figure.wide-figure img { max-width: none; width: min(100%, var(--w)); min-width: min(46rem, var(--w)); }
 .more { white-space: normal; text-align: left; min-width: 15rem; }
 """
 

@@ -294,9 +294,7 @@ def _condition(files: StudyFiles, numbers: StudyNumbers, figures: Figures, name:
         parts.append(
             embedded_image(
                 figures.contacts[name],
-                "Left: what was shown (red: the surface at the contact, black: the features that say where it lies). Then the solutions flown, "
-                "the likeliest first, each with how far from above the centre of mass it lies and how far from its path the payload flew (mean "
-                f"RMS, belief {_beliefs(numbers)[0]}). The darker the scan, the richer in features; the magenta line goes up from the true centre of mass, which no method knows.",
+                _contacts_caption(numbers, given=not files.conditions.get(name, {}).get("demonstration")),
                 kind="wide-figure",
             )
         )
@@ -326,7 +324,7 @@ def _condition(files: StudyFiles, numbers: StudyNumbers, figures: Figures, name:
                 figures.offsets[name],
                 "Each mark is one contact solution, the mean of its flights. Hollow marks on the upper border: at least one of its flights failed. "
                 "If the marks of all methods lie on one rising curve, the distance from above the centre of mass is what matters.",
-                kind="wide-figure",
+                kind="small-figure",
             )
         )
     salient = [
@@ -341,6 +339,21 @@ def _condition(files: StudyFiles, numbers: StudyNumbers, figures: Figures, name:
             + "."
         )
     return Section(f"{name}: {files.title(name).replace('->', '→')}", [part for part in parts if part])
+
+
+def _contacts_caption(numbers: StudyNumbers, given: bool) -> str:
+    if given:
+        start = "The contacts that were given, each with"
+    else:
+        start = (
+            "Left: what was shown (red: the surface at the contact, black: the features that say where it lies). Then the solutions flown, the "
+            "likeliest first, each with"
+        )
+    return (
+        f"{start} how far from above the centre of mass it lies and how far from its path the payload flew (mean RMS, belief "
+        f"{_beliefs(numbers)[0]}). The darker the scan, the richer in features; the magenta line goes up from the true centre of mass, which no "
+        "method knows."
+    )
 
 
 def _teams(numbers: StudyNumbers, condition: str) -> bool:
