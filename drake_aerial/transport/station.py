@@ -17,6 +17,7 @@ from pydrake.systems.primitives import ConstantVectorSource, Multiplexer, Vector
 from drake_aerial.control.allocation import Allocation
 from drake_aerial.control.attitude import AttitudeController
 from drake_aerial.control.controller import PayloadController
+from drake_aerial.control.motor_lead import MotorLead
 from drake_aerial.control.take_off import FlightPhase
 from drake_aerial.control.trajectory import Trajectory
 from drake_aerial.errors import InputError
@@ -143,6 +144,12 @@ class TransportStation(Diagram):
             self.hold = builder.AddNamedSystem("attitude_hold", hold)
             builder.Connect(wanted, hold.get_input_port())
             wanted = hold.get_output_port()
+        self.motor_lead: MotorLead | None = None
+        if parameters.motor_lag != 0.0 and parameters.motor_lead:
+            lead = MotorLead(propellers, parameters.motor_lag, parameters.time_step)
+            self.motor_lead = builder.AddNamedSystem("motor_lead", lead)
+            builder.Connect(wanted, lead.get_input_port())
+            wanted = lead.get_output_port()
         builder.Connect(wanted, commands)
 
         self.cable_system = connect_cables(builder, plant, self.cables, payload_state, quadrotor_states)
@@ -273,6 +280,8 @@ class TransportStation(Diagram):
             self.controller.set_thrusts(self.controller.GetMyMutableContextFromRoot(context), upwards)
         if self.motors is not None:
             self.motors.set_speeds(self.motors.GetMyMutableContextFromRoot(context), np.sqrt(squares))
+        if self.motor_lead is not None:
+            self.motor_lead.set_speeds(self.motor_lead.GetMyMutableContextFromRoot(context), np.sqrt(squares))
         if self.hold is not None:
             self.hold.SetVectorState(self.hold.GetMyMutableContextFromRoot(context), squares)
         if reference is None:

@@ -56,8 +56,10 @@ class StationParameters:
     wind: WindParameters | None = None
     """Of the air; None for no air at all."""
     motor_lag: float = 0.0
-    """Time constant with which propeller speeds follow their commands [s]; 0 for none. The attitude loop's gains take no account of it:
-    the table's quadrotors carried the table's box at 0.04 s and lost it at 0.05 s."""
+    """Time constant with which propeller speeds follow their commands [s]; 0 for none."""
+    motor_lead: bool = True
+    """Whether the commands lead by what the motors lag, where they do (`MotorLead`). Without it the MPC with the table's attitude gains
+    carries the table's box up to some 35 ms of lag, and loses it beyond."""
 
     def quadrotors(self, n: int) -> tuple[QuadrotorParameters, ...]:
         """Return the parameters of n quadrotors. Raises InputError if another number is given."""
