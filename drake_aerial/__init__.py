@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from drake_aerial.control.disturbance import DisturbanceObserver
     from drake_aerial.control.geometric import GeometricController
     from drake_aerial.control.mpc import PayloadMpc
     from drake_aerial.demo import run_demo
@@ -49,6 +50,7 @@ _HOMES = {
     "ContactSkill": "learning.skill",
     "ContactSolutions": "transferring.solutions",
     "Demonstration": "learning.demonstration",
+    "DisturbanceObserver": "control.disturbance",
     "DrakeAerialError": "errors",
     "Dryden": "plant.dryden",
     "FlightOptions": "transport.flight_options",
@@ -90,6 +92,7 @@ __all__ = [
     "ContactSkill",
     "ContactSolutions",
     "Demonstration",
+    "DisturbanceObserver",
     "DrakeAerialError",
     "Dryden",
     "FlightOptions",

@@ -60,6 +60,10 @@ class Reference(NamedTuple):
         Thrusts and commanded thrusts [N].
     pull : (B, 3) array
         Unit direction of the total cable force in the world.
+    mu : (B, n, 3) array
+        Forces of the cables on the payload in the world [N].
+    moment : (B, 3) array
+        Their moment about the CoM in the axes of L [N m].
     """
 
     p: Array
@@ -71,6 +75,8 @@ class Reference(NamedTuple):
     F: Array
     u: Array
     pull: Array
+    mu: Array
+    moment: Array
 
 
 def _differentiate(values: Array) -> Array:
@@ -151,10 +157,7 @@ def _tabulate(model: PayloadModelParameters, trajectory: Trajectory) -> Referenc
         R = matrix_from_quat(q)
         a_cm = a_L + _smooth(_of_body(R, W, dW, model.p_LLcm), SWING_SMOOTHING)
     wrench = np.concatenate([(force[:, None] @ R)[:, 0], moment], axis=1)
-    mu = (wrench @ np.linalg.pinv(model.grasp_matrix).T).reshape(T, n, 3)
-    if n == 1:
-        mu = wrench[:, None, :3]
-    mu = mu @ np.swapaxes(R, 1, 2)
+    mu = (wrench @ model.grasp_inverse.T).reshape(T, n, 3) @ np.swapaxes(R, 1, 2)
     xi = -mu / np.linalg.norm(mu, axis=-1, keepdims=True)
     xi_dot = _differentiate(xi)
     a_C = np.stack([a_L + _of_body(R, W, dW, c) for c in model.p_LC], axis=1)
@@ -163,7 +166,7 @@ def _tabulate(model: PayloadModelParameters, trajectory: Trajectory) -> Referenc
     u = F + model.thrust_lag * _differentiate(F)
     omega = (R @ W[:, :, None])[:, :, 0]
     pull = force / np.linalg.norm(force, axis=1, keepdims=True)
-    return Reference(sample.p, sample.v, R, omega, xi, cross(xi, xi_dot), F, u, pull)
+    return Reference(sample.p, sample.v, R, omega, xi, cross(xi, xi_dot), F, u, pull, mu, moment)
 
 
 def _of_body(R: Array, W: Array, dW: Array, point: Array) -> Array:
@@ -171,6 +174,47 @@ def _of_body(R: Array, W: Array, dW: Array, point: Array) -> Array:
     point = np.broadcast_to(point, W.shape)
     body = cross(dW, point) + cross(W, cross(W, point))
     return (R @ body[:, :, None])[:, :, 0]
+
+
+def disturbed(model: PayloadModelParameters, yaw: float, desired: Reference, wrench: Array) -> Reference:
+    """Return a reference (batch B) for a payload on which a constant wrench pushes besides.
+
+    The cables' forces make up for it, and the attitude where they cannot. At rest the result is a rest of the model
+    under the wrench; in motion what the wrench does to the cables' accelerations and the payload's turning is left out.
+
+    Parameters
+    ----------
+    model : PayloadModelParameters
+    yaw : float
+        Of the trajectory [rad].
+    desired : Reference
+        Of the model alone.
+    wrench : (6,) array
+        Force on the CoM in the world [N], moment in the axes of L [N m].
+    """
+    force = desired.mu.sum(1)
+    changed, moment, R = force - wrench[0:3], desired.moment - wrench[3:6], desired.R
+    if model.hinged:
+        before = producible_attitude(model, yaw, force, desired.moment)
+        after = producible_attitude(model, yaw, changed, moment)
+        R = matrix_from_quat(quat_multiply(after, quat_conjugate(before))) @ R
+    needed = np.concatenate([(changed[:, None] @ R)[:, 0], moment], axis=1)
+    mu = (needed @ model.grasp_inverse.T).reshape(-1, model.n, 3) @ np.swapaxes(R, 1, 2)
+    size = np.sqrt((mu * mu).sum(-1, keepdims=True))
+    xi = -mu / size
+    # The same change of each force turns a smaller force more.
+    rate = cross(desired.w, desired.xi) * (np.sqrt((desired.mu**2).sum(-1, keepdims=True)) / size)
+    more = mu - desired.mu
+    return desired._replace(
+        R=R,
+        xi=xi,
+        w=cross(xi, rate),
+        F=desired.F + more,
+        u=desired.u + more,
+        pull=changed / np.sqrt((changed * changed).sum(-1, keepdims=True)),
+        mu=mu,
+        moment=moment,
+    )
 
 
 class ReferenceTable:

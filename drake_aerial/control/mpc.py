@@ -16,8 +16,9 @@ from scipy.linalg import lapack
 
 from drake_aerial.control.condensing import CondensedProblem
 from drake_aerial.control.controller import PayloadController
+from drake_aerial.control.disturbance import Disturbance, DisturbanceObserver
 from drake_aerial.control.field_of_view import view_penalty, view_violation
-from drake_aerial.control.flatness import Reference, ReferenceTable, reference_table
+from drake_aerial.control.flatness import Reference, ReferenceTable, disturbed, reference_table
 from drake_aerial.control.observation import Observation
 from drake_aerial.control.payload_linearization import change_chart, discretize, linearize
 from drake_aerial.control.payload_model import PayloadState, retract, tangent_basis
@@ -101,6 +102,9 @@ class PayloadMpc(PayloadController):
     field_of_view : float, optional
         Full angle [rad] of a camera under each quadrotor that looks against the thrust. The payload is kept in its
         view as a soft constraint; None is off.
+    observer : DisturbanceObserver, optional
+        Of forces and a moment that the model does not know of: wind, a wrong mass or centre of mass. What it observes
+        enters the prediction and the reference, so that no constant one leaves an offset. None is off.
 
     Examples
     --------
@@ -121,6 +125,7 @@ class PayloadMpc(PayloadController):
         integral_gain: float = 0.0,
         integral_limit: float = 0.3,
         field_of_view: float | None = None,
+        observer: DisturbanceObserver | None = None,
         **keywords: Any,
     ):
         if stages < 2 or not step > 0.0:
@@ -128,6 +133,7 @@ class PayloadMpc(PayloadController):
         if field_of_view is not None and not 0.0 < field_of_view < np.pi:
             raise InputError(f"field_of_view must be between 0 and pi rad but got {field_of_view}")
         self.stages, self.step, self.field_of_view = stages, step, field_of_view
+        self.observer = observer
         self.weights = weights or MpcWeights()
         self.integral_gain, self.integral_limit = integral_gain, integral_limit
         self.step_seconds: deque[float] = deque(maxlen=100_000)
@@ -155,8 +161,13 @@ class PayloadMpc(PayloadController):
         self.DeclareVectorOutputPort("diagnostics", 4, self._calc_diagnostics, ticket)
 
     def _initial_memory(self) -> Array:
-        n, N = self._n, self.stages
-        return np.zeros(_HEADER + N * 3 * n + (N + 1) * (18 + 9 * n))
+        n = self._n
+        observed = 0 if self.observer is None else self.observer.size(n)
+        return np.zeros(self._plan_end + observed)
+
+    @property
+    def _plan_end(self) -> int:
+        return _HEADER + self.stages * 3 * self._n + (self.stages + 1) * (18 + 9 * self._n)
 
     def _reduced(self, model: PayloadModelParameters) -> PayloadMpc:
         law = PayloadMpc(
@@ -167,6 +178,7 @@ class PayloadMpc(PayloadController):
             integral_gain=self.integral_gain,
             integral_limit=self.integral_limit,
             field_of_view=self.field_of_view,
+            observer=self.observer,
             period=self.period,
         )
         law.step_seconds = self.step_seconds
@@ -177,12 +189,19 @@ class PayloadMpc(PayloadController):
         n, N, h = self._n, self.stages, self.step
         table = reference_table(self.model, reference)
         desired = table.at(t + h * np.arange(N + 1))
-        plan = memory[_HEADER:]
+        plan = memory[_HEADER : self._plan_end]
+        pushed: Disturbance | None = None
+        if self.observer is not None:
+            pushed = self.observer.step(self.model, memory[self._plan_end :], seen, thrust, self.period)
+            desired = disturbed(self.model, reference.yaw, desired, pushed.wrench)
         if memory[0]:
             share = self.period / h
             u = shift(plan[: N * 3 * n].reshape(N, n, 3), share)
             x = normalized(unpack(shift(plan[N * 3 * n :].reshape(N + 1, -1), share), n))
+        # What pushes on a quadrotor acts as thrust does: from here on, thrusts and inputs are the sums of the two.
         now = self._measured(seen, thrust)
+        if pushed is not None:
+            now = now._replace(F=now.F + pushed.on_quadrotors)
         if not memory[0]:
             x = PayloadState(*(np.repeat(field, N + 1, axis=0) for field in now))
             u = desired.F[:N].copy()
@@ -194,7 +213,8 @@ class PayloadMpc(PayloadController):
             memory[5:8] = np.clip(shifted, -self.integral_limit, self.integral_limit)
             desired = desired._replace(p=desired.p + memory[5:8])
         E = tangent_basis(x.xi)
-        change, iterations, active = self._improve(x, u, E, desired, self._terminal_cost(table, reference.yaw))
+        P = self._terminal_cost(table, reference.yaw)
+        change, iterations, active = self._improve(x, u, E, desired, P, pushed)
         if not np.isfinite(change).all():
             memory[:] = 0.0  # a state that no model explains: hover, and plan anew at the next tick
             return np.full((n, 3), np.nan)
@@ -205,7 +225,7 @@ class PayloadMpc(PayloadController):
         plan[N * 3 * n :] = pack(x).ravel()
         self.step_seconds.append(time.thread_time() - begin)
         # Linear algebra differs in its last bits with the alignment of its arrays; whole micronewtons keep a flight the same to the bit.
-        return np.round(u[0], 6)
+        return np.round(u[0] if pushed is None else u[0] - pushed.on_quadrotors, 6)
 
     def _measured(self, seen: Observation, thrust: Array) -> PayloadState:
         """Return the model's state (batch of 1); the thrust is the command's part along each quadrotor's axis."""
@@ -214,12 +234,14 @@ class PayloadMpc(PayloadController):
         p, v = seen.p + seen.R @ c, seen.v + seen.R @ cross(seen.W, c)
         return PayloadState(*(field[None] for field in (p, v, seen.R, seen.W, seen.xi, seen.w, F)))
 
-    def _improve(self, x: PayloadState, u: Array, E: Array, desired: Reference, P: Array) -> tuple[Array, int, int]:
+    def _improve(
+        self, x: PayloadState, u: Array, E: Array, desired: Reference, P: Array, pushed: Disturbance | None
+    ) -> tuple[Array, int, int]:
         """Return the change of the inputs (N 3 n,), the QP's iterations, and how many bounds are active."""
         N = self.stages
         first = PayloadState(*(field[:N] for field in x))
         last = PayloadState(*(field[1:] for field in x))
-        linear = linearize(self.model, first, u, E[:N])
+        linear = linearize(self.model, first, u, E[:N], None if pushed is None else pushed.wrench)
         discrete = change_chart(discretize(linear, self.step), first, E[:N], last, E[1:])
         e = deviation(self.model, x, desired, E)
         C = deviation_jacobian(self.model, x)
@@ -231,12 +253,14 @@ class PayloadMpc(PayloadController):
         Q[N, :, :12] = Q[N, :, :12] @ C[N]
         q[:, :12] = (q[:, None, :12] @ C)[:, 0]
         if self.field_of_view is not None:
-            violation, J = view_violation(self.model, x, E, 0.5 * self.field_of_view)
+            aimed = x if pushed is None else x._replace(F=x.F - pushed.on_quadrotors)
+            violation, J = view_violation(self.model, aimed, E, 0.5 * self.field_of_view)
             hessian, gradient = view_penalty(violation, J, self.weights.view * self.step)
             Q, q = Q + hessian, q + gradient
         r = self._R * (u - desired.u[:N]).reshape(N, -1)
         H, g = self._problem.condense(discrete, Q, q, self._R, r)
-        return self._solve(H, g, self._low - u.ravel(), self._high - u.ravel())
+        taken = u if pushed is None else u - pushed.on_quadrotors
+        return self._solve(H, g, self._low - taken.ravel(), self._high - taken.ravel())
 
     def _solve(self, H: Array, g: Array, low: Array, high: Array) -> tuple[Array, int, int]:
         _, solution, failed = lapack.dposv(H.T, -g, lower=0)

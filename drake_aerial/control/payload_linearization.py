@@ -62,17 +62,20 @@ class Linearization(NamedTuple):
         return A, G
 
 
-def linearize(model: PayloadModelParameters, x: PayloadState, u: Array, E: Array | None = None) -> Linearization:
+def linearize(
+    model: PayloadModelParameters, x: PayloadState, u: Array, E: Array | None = None, wrench: Array | None = None
+) -> Linearization:
     """Return the model linearised at states x (batch B) and commanded thrusts u (B, n, 3) [N].
 
     The tensions are differentiated implicitly: with T held fixed first, then along D dT = -d(residual).
-    E are the tangent bases at x, where they are known already.
+    E are the tangent bases at x, where they are known already; `wrench` (6,) as in `derivative`: constant in its axes,
+    it has no derivatives of its own.
     """
     n, B = model.n, len(x.p)
     a, m, l = model.arms, model.quadrotor_mass, model.cable_length
     ny = 6 + 7 * n
     iA, iB, iF = 6, 6 + 2 * n, 6 + 4 * n
-    d = derivative(model, x, u)
+    d = derivative(model, x, u, wrench)
     T = d.tension[:, :, None, None]
     E = tangent_basis(x.xi) if E is None else E
     tilt = np.empty_like(E)  # d xi / d alpha

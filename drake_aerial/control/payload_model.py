@@ -89,10 +89,13 @@ class PayloadDerivative(NamedTuple):
         return cross(self.xi, self.q)
 
 
-def derivative(model: PayloadModelParameters, x: PayloadState, u: Array) -> PayloadDerivative:
+def derivative(
+    model: PayloadModelParameters, x: PayloadState, u: Array, wrench: Array | None = None
+) -> PayloadDerivative:
     """Return the time derivative of states x (batch B) under commanded thrusts u (B, n, 3) [N].
 
-    One linear system in the n tensions per state, then accelerations by substitution.
+    One linear system in the n tensions per state, then accelerations by substitution. A `wrench` (6,) pushes on the
+    payload besides: a force on its CoM in the world [N], and a moment in the axes of L [N m].
     """
     M, J, Jinv, a = model.mass, model.inertia, model.inertia_inverse, model.arms
     m, l = model.quadrotor_mass, model.cable_length
@@ -100,6 +103,8 @@ def derivative(model: PayloadModelParameters, x: PayloadState, u: Array) -> Payl
     S = (model.arm_matrices @ eta[..., None])[..., 0]
     Wx = skew(x.W)
     gyro = -(Wx @ (x.W @ J)[:, :, None])[:, :, 0]
+    if wrench is not None:
+        gyro = gyro + wrench[3:6]
     centripetal = np.swapaxes(Wx @ (Wx @ a.T), 1, 2)
     D = x.xi @ np.swapaxes(x.xi, 1, 2) / M + (S @ Jinv) @ np.swapaxes(S, 1, 2) + model.inverse_masses
     rhs = (
@@ -108,10 +113,14 @@ def derivative(model: PayloadModelParameters, x: PayloadState, u: Array) -> Payl
         + np.einsum("bij,bij->bi", eta, centripetal)
         + (S @ (gyro @ Jinv)[:, :, None])[:, :, 0]
     )
+    if wrench is not None:
+        rhs += x.xi @ (wrench[0:3] / M)
     # Well conditioned: 1/m is on the diagonal of D.
     inverse = np.linalg.inv(D).astype(float, copy=False) if model.n > 1 else 1.0 / D
     T = inverse @ rhs[:, :, None]
     acceleration = np.einsum("bij,bik->bj", x.xi, T) / -M
+    if wrench is not None:
+        acceleration += wrench[0:3] / M
     dW = (gyro - np.einsum("bij,bik->bj", S, T)) @ Jinv
     arm = np.swapaxes(skew(dW) @ a.T, 1, 2) + centripetal
     q = (acceleration[:, None] + arm @ np.swapaxes(x.R, 1, 2) - x.F / m[:, None]) / l[:, None]

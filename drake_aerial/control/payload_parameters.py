@@ -113,6 +113,17 @@ class PayloadModelParameters:
         return np.concatenate([np.tile(np.eye(3), self.n), np.concatenate(list(skew(self.arms)), axis=1)])
 
     @cached_property
+    def grasp_inverse(self) -> Array:
+        """P^+ (3 n, 6): the smallest cable forces that make a force and a moment. With one cable, the force alone."""
+        return np.asarray(np.linalg.pinv(self.grasp_matrix) if self.n > 1 else np.eye(3, 6), float)
+
+    @cached_property
+    def hinged(self) -> bool:
+        """Whether all contacts lie on a line or in one point, about which the cables make no moment."""
+        singular = np.linalg.svd(self.p_LC - self.p_LC.mean(0), compute_uv=False)
+        return len(singular) < 2 or bool(singular[1] < 1e-6)
+
+    @cached_property
     def constant_jacobians(self) -> tuple[Array, Array]:
         """What never changes of the linearised model: of the core error state's rate (6 + 7 n, 6 + 7 n), with rows
         for angular velocity, cable rates and thrust lags, and of the contacts' q (n, 3, 6 + 7 n) by the thrusts.

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from payload_cases import random_model
 
-from drake_aerial.control.flatness import ReferenceTable
+from drake_aerial.control.flatness import ReferenceTable, disturbed
 from drake_aerial.control.payload_model import PayloadState, derivative, integrate
 from drake_aerial.control.payload_parameters import GRAVITY, PayloadModelParameters
 from drake_aerial.control.trajectory import HoverTrajectory, TransportTrajectory
@@ -29,6 +29,34 @@ def test_hover_is_an_equilibrium_of_the_model(contacts):
         np.testing.assert_allclose(value, 0.0, atol=1e-9)
     assert (d.tension > 0.0).all()
     np.testing.assert_allclose(reference.F.sum((0, 1)), [0, 0, model.weight], atol=1e-9)
+
+
+@pytest.mark.parametrize("contacts", [[[0.2, 0.0, 0.14]], [[-0.3, 0.0, 0.05], [0.25, 0.02, 0.1]], THREE])
+def test_hover_under_a_wrench_is_an_equilibrium_of_the_model(contacts):
+    model = PayloadModelParameters(0.25, INERTIA, contacts, p_LLcm=[0.01, -0.02, -0.03])
+    calm = ReferenceTable(model, HoverTrajectory(start=(1.0, 2.0, 3.0))).at([1.0])
+    # One cable makes no moment along itself, nor does any reaction to a moment there.
+    wrench = np.array([0.3, -0.2, 0.1, 0.06, -0.05, 0.0 if len(contacts) == 1 else 0.01])
+    if len(contacts) == 1:
+        a = model.arms[0]
+        wrench[3:6] -= a * (a @ wrench[3:6]) / (a @ a)
+    reference = disturbed(model, 0.0, calm, wrench)
+    x = model_state(model, reference)
+    d = derivative(model, x, reference.u, wrench)
+    for value in (d.a, d.dW, d.dw, d.dF):
+        np.testing.assert_allclose(value, 0.0, atol=1e-9)
+    np.testing.assert_allclose(reference.F.sum((0, 1)), [0, 0, model.weight] - wrench[:3], atol=1e-9)
+    np.testing.assert_array_equal(reference.p, calm.p)
+    assert np.abs(derivative(model, x, reference.u).dW).max() > 1.0
+
+
+def test_no_wrench_leaves_the_reference_as_it_is():
+    for contacts in ([[0.1, 0.0, 0.14]], [[-0.3, 0.0, 0.05], [0.25, 0.02, 0.1]], THREE):
+        model = PayloadModelParameters(0.25, INERTIA, contacts)
+        calm = ReferenceTable(model, TransportTrajectory.airborne()).at(np.linspace(0.0, 12.0, 50))
+        same = disturbed(model, 0.0, calm, np.zeros(6))
+        for name, got, expected in zip(calm._fields, same, calm, strict=True):
+            np.testing.assert_allclose(got, expected, atol=2e-3, err_msg=name)
 
 
 def test_two_cables_share_the_weight_by_the_lever_rule():

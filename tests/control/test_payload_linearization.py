@@ -18,12 +18,12 @@ def one(x, k):
     return PayloadState(*(field[k : k + 1] for field in x))
 
 
-def chart_velocity(model, x, delta, u, eps=1e-5):
+def chart_velocity(model, x, delta, u, wrench=None, eps=1e-5):
     """The velocity of delta in the chart at x, for a batch of deltas, by differences of moved states."""
     batch = len(delta)
     at = PayloadState(*(np.repeat(field, batch, axis=0) for field in x))
     y = retract(at, delta)
-    d = derivative(model, y, np.repeat(u, batch, axis=0))
+    d = derivative(model, y, np.repeat(u, batch, axis=0), wrench)
 
     def moved(s):
         xi = y.xi + s * cross(y.w, y.xi)
@@ -36,21 +36,24 @@ def chart_velocity(model, x, delta, u, eps=1e-5):
     return (difference(at, moved(eps)) - difference(at, moved(-eps))) / (2 * eps)
 
 
-@pytest.mark.parametrize("n", [1, 2, 3])
-def test_jacobians_agree_with_finite_differences(n):
+WRENCH = np.array([0.5, -0.4, 0.3, 0.05, -0.06, 0.07])
+
+
+@pytest.mark.parametrize(("n", "wrench"), [(1, None), (2, None), (3, None), (1, WRENCH), (3, WRENCH)])
+def test_jacobians_agree_with_finite_differences(n, wrench):
     model = random_model(n, seed=n)
     x, u = random_state(n, 4, seed=n), random_input(n, 4)
-    linear = linearize(model, x, u)
+    linear = linearize(model, x, u, wrench=wrench)
     A, B = linear.full()
     step = 1e-4
     for k in range(4):
         columns = step * np.eye(12 + 7 * n)
         here = one(x, k)
-        rate = chart_velocity(model, here, 0 * columns[:1], u[k : k + 1])[0]
+        rate = chart_velocity(model, here, 0 * columns[:1], u[k : k + 1], wrench)[0]
         scale = np.abs(A[k]).max()
         np.testing.assert_allclose(linear.rate[k], rate, atol=1e-7 * scale)
-        plus = chart_velocity(model, here, columns, u[k : k + 1])
-        minus = chart_velocity(model, here, -columns, u[k : k + 1])
+        plus = chart_velocity(model, here, columns, u[k : k + 1], wrench)
+        minus = chart_velocity(model, here, -columns, u[k : k + 1], wrench)
         np.testing.assert_allclose(A[k], (plus - minus).T / (2 * step), atol=2e-6 * scale)
     np.testing.assert_allclose(B[-3 * n :], np.diag(1.0 / model.thrust_lag.ravel()))
     np.testing.assert_array_equal(B[: -3 * n], 0.0)

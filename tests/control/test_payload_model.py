@@ -15,7 +15,7 @@ from drake_aerial.errors import InputError
 from drake_aerial.geometry import matrix_from_quat, quat_from_two_vectors, skew
 
 
-def newton_euler(model, x, k):
+def newton_euler(model, x, k, wrench=(0.0,) * 6):
     """Solve all bodies' Newton-Euler equations with one rod multiplier per cable; state k of the batch.
 
     Unknowns: payload acceleration and angular acceleration (world), each quadrotor's acceleration, tensions.
@@ -27,8 +27,8 @@ def newton_euler(model, x, k):
     arms = model.arms @ R.T
     size = 6 + 3 * n + n
     lhs, rhs = np.zeros((size, size)), np.zeros(size)
-    lhs[0:3, 0:3], rhs[0:3] = M * np.eye(3), [0.0, 0.0, -M * GRAVITY]
-    lhs[3:6, 3:6], rhs[3:6] = J, -np.cross(W, J @ W)
+    lhs[0:3, 0:3], rhs[0:3] = M * np.eye(3), [0.0, 0.0, -M * GRAVITY] + np.array(wrench[0:3])
+    lhs[3:6, 3:6], rhs[3:6] = J, -np.cross(W, J @ W) + R @ np.array(wrench[3:6])
     for i in range(n):
         rows, t = slice(6 + 3 * i, 9 + 3 * i), 6 + 3 * n + i
         xi, m = x.xi[k, i], model.quadrotor_mass[i]
@@ -59,6 +59,18 @@ def test_accelerations_and_tensions_agree_with_newton_euler(n):
     d = derivative(model, x, u)
     for k in range(8):
         a, dW, dw, tension = newton_euler(model, x, k)
+        for got, expected in ((d.a[k], a), (d.dW[k], dW), (d.dw[k], dw), (d.tension[k], tension)):
+            np.testing.assert_allclose(got, expected, rtol=0, atol=1e-12 * max(1.0, np.abs(expected).max()))
+
+
+@pytest.mark.parametrize("n", [1, 3])
+def test_a_wrench_on_the_payload_enters_newton_euler(n):
+    model = random_model(n, seed=n)
+    x, u = random_state(n, 4, seed=n), random_input(n, 4)
+    wrench = np.array([0.5, -0.4, 0.3, 0.05, -0.06, 0.07])
+    d = derivative(model, x, u, wrench)
+    for k in range(4):
+        a, dW, dw, tension = newton_euler(model, x, k, wrench)
         for got, expected in ((d.a[k], a), (d.dW[k], dW), (d.dw[k], dw), (d.tension[k], tension)):
             np.testing.assert_allclose(got, expected, rtol=0, atol=1e-12 * max(1.0, np.abs(expected).max()))
 

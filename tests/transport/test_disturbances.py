@@ -4,12 +4,15 @@ import numpy as np
 import pytest
 from scipy.optimize import fsolve
 
+from drake_aerial.control.disturbance import DisturbanceObserver
 from drake_aerial.control.trajectory import HoverTrajectory
 from drake_aerial.errors import InputError
+from drake_aerial.geometry import matrix_from_quat
 from drake_aerial.plant.dryden import Dryden
 from drake_aerial.plant.wind import WindParameters
 from drake_aerial.transport.flight import Flight
 from drake_aerial.transport.station_parameters import StationParameters
+from drake_aerial.transport.suspension import Suspension
 
 G, LINK = 9.81, 2e-4
 M, m = 0.252, 0.25
@@ -68,6 +71,27 @@ def test_a_constant_wind_deflects_as_statics_has_it(hang):
     assert error == pytest.approx(expected, abs=5e-3)
 
 
+@pytest.mark.parametrize("contacts", [[[0.0, 0.0, 0.14]], [[-0.2, -0.25, 0.14], [0.3, 0.0, 0.14], [-0.1, 0.25, 0.14]]])
+def test_a_wind_that_is_observed_leaves_no_offset(box, contacts):
+    # Statics of the whole: the thrusts carry the weight of everything and what the wind does to it, wherever cables go.
+    speed, area = 1.0, 0.02
+    wind = WindParameters(mean=(speed, 0.0, 0.0), quadrotor_drag_area=area)
+    suspension = Suspension.hang(box, np.array(contacts), np.tile([0.0, 0.0, 1.0], (len(contacts), 1)))
+    options = {"observer": DisturbanceObserver()}
+    parameters = StationParameters(noise=0.0, wind=wind)
+    result = hover(suspension, 10.0, "mpc", parameters, controller_options=options)
+    assert result.metrics["outcome"] == "completed"
+    s, n = result.series, len(contacts)
+    error = np.linalg.norm(s["reference_position"] - s["payload_position"], axis=1)
+    assert error.max() > 0.02  # it comes as a surprise
+    assert error[-100:].max() < 0.005
+    if n == 3:  # level: the faces that the wind meets are the box's own
+        drag = 0.5 * 1.225 * speed**2 * (1.05 * 0.61 * 0.28 + n * area)
+        z = matrix_from_quat(s["quadrotor_quaternion"][-1])[:, :, 2]
+        total = (s["thrust"][-1][:, None] * z).sum(0)
+        assert total == pytest.approx([-drag, 0.0, (0.25 + n * (0.002 + m + LINK)) * G], abs=0.01)
+
+
 @pytest.mark.parametrize("ratio", [0.8, 1.25])
 def test_a_wrong_mass_costs_height(hang, ratio):
     # (M_b + m)(g + k e) = (M + m) g, k = 3 1/s^2.
@@ -108,3 +132,18 @@ def test_slow_motors_start_at_the_speed_that_carries(hang):
     assert "wind" not in result.series
     assert result.series["thrust"][0, 0] == pytest.approx((M + m) * G, rel=1e-6)
     assert result.metrics["position_max_m"] < 0.01
+
+
+def test_motors_that_lag_by_much_are_led(hang, quick):
+    flights = []
+    for lag in (0.05, 0.0):
+        flight = Flight(hang(), belief="true", trajectory=quick, parameters=StationParameters(motor_lag=lag))
+        flights.append(flight.run(1).metrics)
+    led, prompt = flights
+    assert led["outcome"] == "completed"
+    assert led["position_rmse_m"] < 1.2 * prompt["position_rmse_m"]
+
+
+def test_without_the_lead_they_lose_the_payload(hang, quick):
+    parameters = StationParameters(motor_lag=0.05, motor_lead=False)
+    assert Flight(hang(), belief="true", trajectory=quick, parameters=parameters).run(1).metrics["outcome"] == "crashed"
