@@ -135,13 +135,9 @@ def test_slow_motors_start_at_the_speed_that_carries(hang):
 
 
 def test_motors_that_lag_by_much_are_led(hang, quick):
-    flights = []
-    for lag in (0.05, 0.0):
-        flight = Flight(hang(), belief="true", trajectory=quick, parameters=StationParameters(motor_lag=lag))
-        flights.append(flight.run(1).metrics)
-    led, prompt = flights
+    led = Flight(hang(), belief="true", trajectory=quick, parameters=StationParameters(motor_lag=0.05)).run(1).metrics
     assert led["outcome"] == "completed"
-    assert led["position_rmse_m"] < 1.2 * prompt["position_rmse_m"]
+    assert led["position_rmse_m"] < 0.007  # what the MPC must keep with prompt motors and this noise
 
 
 def test_without_the_lead_they_lose_the_payload(hang, quick):
