@@ -58,6 +58,13 @@ class DisturbanceObserver(NamedTuple):
         Largest size of each force, as a part of the weight of the payload or the quadrotor.
     lever : float
         Largest moment over the payload's weight [m]: how far its CoM may be from where it is believed.
+
+    Examples
+    --------
+    >>> from drake_aerial import DisturbanceObserver, FlightOptions
+    >>> options = FlightOptions(controller_options={"observer": DisturbanceObserver(time=0.3)})
+    >>> options.controller_options["observer"].lever
+    0.12
     """
 
     time: float = 0.5
