@@ -80,7 +80,7 @@ class StudyPlan:
     >>> from drake_aerial import StudyPlan
     >>> plan = StudyPlan.read("paper")
     >>> [condition.name for condition in plan.conditions]
-    ['A', 'B', 'B_centroid', 'C', 'D', 'E', 'F', 'G', 'H']
+    ['A', 'A_full', 'B', 'B_centroid', 'C', 'D', 'E', 'F', 'G', 'H']
     """
 
     name: str

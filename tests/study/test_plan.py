@@ -21,11 +21,11 @@ def test_the_built_in_plan_is_the_published_study():
             assert (published.solutions, published.trials) == (5, 10)
             assert arms[condition, method, "true", "table"].trials == 3
             assert arms[condition, method, "below_contact", "mesh"].trials == 3
-    assert {a.condition.name for a in plan.arms()} == {"A", "B", "B_centroid", "C", "D", "E", "F", "G", "H"}
-    # 5 conditions x 3 methods x 5 x 10; centroid; E to G; belief true and the meshes' inertia; H.
-    assert plan.count == 750 + 15 + 3 * 48 + 2 * 5 * 48 + 18
+    assert {a.condition.name for a in plan.arms()} == {"A", "A_full", "B", "B_centroid", "C", "D", "E", "F", "G", "H"}
+    # 5 conditions x 3 methods x 5 x 10; centroid; A_full, E to G; belief true and the meshes' inertia; H.
+    assert plan.count == 750 + 15 + 4 * 48 + 2 * 5 * 48 + 18
     quick = plan.chosen(solutions=1, trials=1)
-    assert quick.count == 15 + 5 + 12 + 2 * 20 + 6
+    assert quick.count == 15 + 5 + 16 + 2 * 20 + 6
     assert len(quick.arms()) == len(plan.arms())
 
 
