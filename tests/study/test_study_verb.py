@@ -56,7 +56,7 @@ def test_a_study_from_the_shell_ends_with_its_report(run, tiny_file, tmp_path):
     ("arguments", "word"),
     [
         (("--plan", "papper"), "papper"),
-        (("--conditions", "Z"), "A, B"),
+        (("--conditions", "Z"), "A, A_full, B"),
         (("--methods", "tusk"), "'task'"),
         (("--beliefs", "geometric"), "below_contact, true"),
         (("--workers", "-1"), "whole number"),
