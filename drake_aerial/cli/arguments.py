@@ -1,0 +1,44 @@
+"""Arguments that several verbs take, and the kinds of number that argparse does not know."""
+
+from __future__ import annotations
+
+import argparse
+
+
+def add_scan(verb: argparse.ArgumentParser) -> None:
+    """Add the cloud, where its sensor was and which way is up."""
+    verb.add_argument("cloud", metavar="CLOUD", help=".ply .pcd .obj .stl .npz .npy, or the name of a shipped payload")
+    verb.add_argument("--viewpoint", type=float, nargs=3, metavar=("X", "Y", "Z"), help="where the sensor was [m]")
+    verb.add_argument(
+        "--up",
+        type=float,
+        nargs=3,
+        default=(0.0, 0.0, 1.0),
+        metavar=("X", "Y", "Z"),
+        help="against gravity (default: 0 0 1)",
+    )
+
+
+def add_seed(verb: argparse.ArgumentParser) -> None:
+    """Add the seed of everything random that the verb does."""
+    verb.add_argument("--seed", type=whole_number, default=0, help="of all that is random (default: 0)")
+
+
+def add_json(verb: argparse.ArgumentParser, what: str) -> None:
+    """Add the switch that prints `what` as one line of JSON."""
+    verb.add_argument("--json", action="store_true", help=f"print {what} as JSON on stdout")
+
+
+def positive_number(text: str) -> int:
+    """Return a whole number from 1."""
+    value = int(text) if text.lstrip("+").isdigit() else 0
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} given, a whole number from 1 is accepted")
+    return value
+
+
+def whole_number(text: str) -> int:
+    """Return a whole number from 0."""
+    if not text.isdigit():
+        raise argparse.ArgumentTypeError(f"{text!r} given, a whole number from 0 is accepted")
+    return int(text)
