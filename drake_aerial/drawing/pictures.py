@@ -24,6 +24,8 @@ RANK_COLORS: tuple[Color, ...] = (
     (0.68, 0.85, 0.68),
 )
 
+HEAT_COLORS: tuple[Color, Color, Color] = (GREY, ORANGE, RED)
+"""Of `heat` at 0, 1/2 and 1."""
 FEATURE_LEGEND = [(GREY, "flat"), (RED, "convex"), (BLUE, "concave"), (ORANGE, "rim of the visible part")]
 SKILL_LEGEND = [(GREY, "demonstrated cloud"), (RED, "contact features"), (BLACK, "task features")]
 
@@ -84,7 +86,10 @@ def contacts_picture(points: Array, solutions: Iterable[Solution], *, colors: Ar
     """
     picture = Picture()
     radius = _dot(points)
-    picture.add_points(points, color=GREY if colors is None else colors, radius=radius)
+    # A density is seen on a surface, not on dots.
+    picture.add_points(
+        points, color=GREY if colors is None else colors, radius=radius if colors is None else 1.8 * radius
+    )
     for index, solution in enumerate(solutions):
         color = solution_color(solution.rank, solution.feasible)
         if index == 0:

@@ -5,15 +5,18 @@ from __future__ import annotations
 import json
 import zipfile
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from drake_aerial import model_files
 from drake_aerial.drawing.pages import write_picture_page
-from drake_aerial.drawing.picture import RED, Color
+from drake_aerial.drawing.picture import RED, Color, Picture
 from drake_aerial.drawing.pictures import (
     FEATURE_LEGEND,
+    HEAT_COLORS,
     RANK_COLORS,
     SKILL_LEGEND,
     contacts_picture,
@@ -31,11 +34,37 @@ if TYPE_CHECKING:
 CONTACTS_LEGEND: list[tuple[Color, str]] = [
     (RANK_COLORS[0], "best contact, with its quadrotor"),
     (RANK_COLORS[3], "further contacts"),
-    (RED, "cannot be flown; or, on the scan: likely"),
+    (RED, "cannot be flown"),
+]
+HEAT_LEGEND: list[tuple[Color, str]] = [
+    (HEAT_COLORS[0], "on the scan: unlikely"),
+    (HEAT_COLORS[1], "on the scan: half as likely as the best place"),
+    (HEAT_COLORS[2], "on the scan: likely"),
 ]
 
 
-def write_view(path: str | Path, out: str | Path) -> str:
+@dataclass(frozen=True, eq=False)
+class View:
+    """What is shown of a file that stands still.
+
+    Attributes
+    ----------
+    picture : Picture
+    title, text : str
+    legend : list of (colour, label)
+    """
+
+    picture: Picture
+    title: str
+    legend: list[tuple[Color, str]]
+    text: str
+
+    def write(self, out: str | Path) -> None:
+        """Write it as one self-contained HTML page."""
+        write_picture_page(out, self.picture, title=self.title, legend=self.legend, text=self.text)
+
+
+def write_view(path: str | Path, out: str | Path, *, skill: ContactSkill | None = None) -> str:
     """Write one self-contained HTML page that shows a file.
 
     Parameters
@@ -44,6 +73,8 @@ def write_view(path: str | Path, out: str | Path) -> str:
         A cloud (.ply, .pcd, .obj, .stl, .npz, .npy), a skill .npz, a contacts.json, a trial.npz, or a trial's folder.
     out : str or Path
         The page.
+    skill : ContactSkill, optional
+        Of contacts: what they were found with, for the query density; a shipped one is found by its name.
 
     Returns
     -------
@@ -53,36 +84,47 @@ def write_view(path: str | Path, out: str | Path) -> str:
     Raises
     ------
     InputError
-        If the file is none of these.
+        If the file is none of these, or the skill is not the one that the contacts were found with.
     """
-    path = Path(path)
-    if path.is_dir() or _schema(path) == "drake_aerial/trial":
+    if is_trial(path):
         from drake_aerial.drawing.replay import write_replay
-        from drake_aerial.transport.trial import TrialResult
+        from drake_aerial.transport.trial_result import TrialResult
 
         write_replay(out, TrialResult.load(path))
         return f"trial {path} -> {out}"
+    view = view_of(path, skill=skill)
+    view.write(out)
+    return f"{view.title.split()[0]} {path} -> {out}"
+
+
+def is_trial(path: str | Path) -> bool:
+    """Return whether a path is a trial.npz or a trial's folder."""
+    path = Path(path)
+    return path.is_dir() or _schema(path) == "drake_aerial/trial"
+
+
+def view_of(path: str | Path, *, skill: ContactSkill | None = None) -> View:
+    """Return what is to be shown of a cloud, a skill or contacts; parameters and errors as of `write_view`."""
+    path = Path(path)
     if not path.is_file():
         raise InputError(f"no file {path}: give a cloud, a skill .npz, a contacts.json or a trial.npz")
     if path.suffix == ".json":
         from drake_aerial.transferring.solutions import ContactSolutions
 
         solutions = ContactSolutions.read(path)
-        write_contacts_page(out, solutions, cloud_of(solutions, path.parent))
-        return f"contacts {path} -> {out}"
+        cloud = cloud_of(solutions, path.parent)
+        return contacts_view(found_again(solutions, cloud, skill), cloud)
     if _schema(path) == "drake_aerial/skill":
         from drake_aerial.learning.skill import ContactSkill
 
-        write_skill_page(out, ContactSkill.load(path))
-        return f"skill {path} -> {out}"
+        return skill_view(ContactSkill.load(path))
     from drake_aerial.perception.point_cloud import PointCloud
 
-    write_cloud_page(out, PointCloud.read(path))
-    return f"cloud {path} -> {out}"
+    return cloud_view(PointCloud.read(path))
 
 
-def write_cloud_page(out: str | Path, cloud: PointCloud) -> None:
-    """Write a page that shows a cloud's surface features: curvature as colour, rims, some frames."""
+def cloud_view(cloud: PointCloud) -> View:
+    """Return a cloud's surface features: curvature as colour, rims, some frames."""
     from drake_aerial.perception.canonical import to_canonical
     from drake_aerial.perception.surface_features import compute_features
 
@@ -93,37 +135,68 @@ def write_cloud_page(out: str | Path, cloud: PointCloud) -> None:
         f"{len(cloud):,} points, {cloud.dropped_points:,} dropped\n{extent} m\n"
         f"{len(features):,} features, rho {features.rho:g} m\n{int(features.rim.sum()):,} on a rim"
     )
-    write_picture_page(
-        out, features_picture(features), title=f"cloud {_name(cloud.path)}", legend=FEATURE_LEGEND, text=text
-    )
+    return View(features_picture(features), f"cloud {_name(cloud.path)}", FEATURE_LEGEND, text)
 
 
-def write_skill_page(out: str | Path, skill: ContactSkill) -> None:
-    """Write a page that shows what a skill was learnt from."""
-    write_picture_page(
-        out, skill_picture(skill), title=f"skill {skill.label}", legend=SKILL_LEGEND, text=skill.description
-    )
+def skill_view(skill: ContactSkill) -> View:
+    """Return what a skill was learnt from."""
+    return View(skill_picture(skill), f"skill {skill.label}", SKILL_LEGEND, skill.description)
+
+
+def contacts_view(solutions: ContactSolutions, cloud: PointCloud) -> View:
+    """Return solutions on their scan; with the query density as heat where it is at hand."""
+    legend = CONTACTS_LEGEND
+    if solutions.evidence is not None and solutions.evidence.likelihood is not None:
+        points = solutions.evidence.features_S.p
+        log = solutions.evidence.log_surface()
+        colors = heat(np.exp(log - log.max()))
+        legend = [*legend, *HEAT_LEGEND]
+        note = "heat: how well the first gripper belongs there"
+    else:
+        points, colors = _thinned(cloud.points), None
+        note = (
+            "no heat: centroid asks no density"
+            if solutions.method == "centroid"
+            else "no heat: the skill is not at hand"
+        )
+    lines = [f"method {solutions.method}, skill {solutions.skill}, seed {solutions.seed}", note, ""]
+    for solution in solutions.solutions:
+        state = "feasible" if solution.feasible else "; ".join(solution.reasons)
+        lines.append(f"{solution.rank}  log J {solution.log_likelihood:8.2f}  {state}")
+    picture = contacts_picture(points, solutions.solutions, colors=colors)
+    return View(picture, f"contacts on {_name(cloud.path)}", legend, "\n".join(lines))
 
 
 def write_contacts_page(out: str | Path, solutions: ContactSolutions, cloud: PointCloud) -> None:
     """Write a page that shows solutions on their scan; with the query density as heat where it is still at hand."""
-    if solutions.evidence is not None:
-        points = solutions.evidence.features_S.p
-        log = solutions.evidence.log_surface()
-        colors = heat(np.exp(log - log.max()))
-    else:
-        points, colors = _thinned(cloud.points), None
-    lines = [f"method {solutions.method}, skill {solutions.skill}, seed {solutions.seed}"]
-    for solution in solutions.solutions:
-        state = "feasible" if solution.feasible else "; ".join(solution.reasons)
-        lines.append(f"{solution.rank}  log J {solution.log_likelihood:8.2f}  {state}")
-    write_picture_page(
-        out,
-        contacts_picture(points, solutions.solutions, colors=colors),
-        title=f"contacts on {_name(cloud.path)}",
-        legend=CONTACTS_LEGEND,
-        text="\n".join(lines),
-    )
+    contacts_view(solutions, cloud).write(out)
+
+
+def found_again(solutions: ContactSolutions, cloud: PointCloud, skill: ContactSkill | None = None) -> ContactSolutions:
+    """Return solutions with the evidence that they were found from, asked again of the skill; without it where that is not at hand.
+
+    Raises
+    ------
+    InputError
+        If a skill is given under which the solutions are not as likely as they say.
+    """
+    from drake_aerial.learning.demonstration import Demonstration
+    from drake_aerial.learning.learn import learn
+    from drake_aerial.transferring.recollection import evidence_again
+
+    if solutions.evidence is not None or solutions.method == "centroid" or not solutions.solutions:
+        return solutions
+    used = skill
+    if used is None:
+        if solutions.skill not in model_files.names("demonstrations"):
+            return solutions
+        used = learn(Demonstration.read(solutions.skill), seed=0)
+    evidence = evidence_again(solutions, used, cloud)
+    if evidence is None and skill is not None:
+        raise InputError(
+            f"skill {skill.label!r} is not what found these contacts: under it they are not as likely as they say"
+        )
+    return replace(solutions, evidence=evidence)
 
 
 def cloud_of(solutions: ContactSolutions, folder: Path) -> PointCloud:
@@ -142,7 +215,9 @@ def cloud_of(solutions: ContactSolutions, folder: Path) -> PointCloud:
     candidates: Sequence[str | Path] = (given, folder / given, folder / Path(given).name)
     for candidate in candidates:
         if Path(candidate).is_file():
-            cloud = PointCloud.read(candidate)
+            cloud = PointCloud.read(
+                candidate, viewpoint=solutions.cloud.get("viewpoint"), up=solutions.cloud.get("up", (0.0, 0.0, 1.0))
+            )
             if cloud.sha256 != solutions.cloud.get("sha256"):
                 raise InputError(f"{candidate} is not the cloud that the contacts were found on (its sha256 differs)")
             return cloud

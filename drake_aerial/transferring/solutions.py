@@ -96,7 +96,8 @@ class ContactSolutions:
     skill : str
         The skill's label.
     cloud : dict
-        `path`, `sha256`, `points` (count), `dropped_points`, `centroid` (3,) [m] and `up` (3,) of the cloud.
+        `path`, `sha256`, `points` (count), `dropped_points`, `centroid` (3,) [m], `up` (3,) and `viewpoint` (3,) [m] or
+        None of the cloud.
     timing : dict
         `features_s`, `query_s`, `optimise_s` [s].
     solutions : tuple of Solution

@@ -140,6 +140,7 @@ def transfer(
             "dropped_points": cloud.dropped_points,
             "centroid": cloud.centroid.tolist(),
             "up": cloud.up.tolist(),
+            "viewpoint": None if cloud.viewpoint is None else cloud.viewpoint.tolist(),
         },
         timing={name: round(b - a, 4) for name, a, b in zip(names, clock, clock[1:])},
         solutions=solutions,
