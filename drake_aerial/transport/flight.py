@@ -19,7 +19,7 @@ from drake_aerial.transport.beliefs import believed_model, suspended_properties
 from drake_aerial.transport.flight_options import FlightOptions
 from drake_aerial.transport.lifting import check_formation, check_team
 from drake_aerial.transport.metrics import flight_metrics
-from drake_aerial.transport.outcome import FlightMonitor, Progress
+from drake_aerial.transport.outcome import FlightMonitor, Progress, Watch
 from drake_aerial.transport.recording import phase_names, record
 from drake_aerial.transport.station import TransportStation, make_transport_station
 from drake_aerial.transport.suspension import Suspension
@@ -125,7 +125,7 @@ class Flight:
         }
 
     @one_blas_thread
-    def run(self, seed: int = 0, *, progress: Progress | None = None) -> TrialResult:
+    def run(self, seed: int = 0, *, progress: Progress | None = None, watch: Watch | None = None) -> TrialResult:
         """Fly once and return what happened; a flight that fails is a result too.
 
         Parameters
@@ -134,13 +134,15 @@ class Flight:
             Of the measurement noise and the wind.
         progress : callable, optional
             Called with the fraction flown and a word on it every 0.2 s of simulated time.
+        watch : callable, optional
+            Called with the station's context every 0.02 s of simulated time, to look at and not to change.
         """
         station = self.station
         simulator = Simulator(station)
         context = simulator.get_mutable_context()
         trajectory = station.place(context, seed=seed, reference=self.trajectory)
         assert trajectory is not None
-        monitor = FlightMonitor(station, trajectory, after_drop=self.options.after_drop, progress=progress)
+        monitor = FlightMonitor(station, trajectory, after_drop=self.options.after_drop, progress=progress, watch=watch)
         simulator.set_monitor(monitor)
         steps: deque[float] = getattr(station.controller, "step_seconds", deque())
         steps.clear()

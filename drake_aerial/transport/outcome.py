@@ -16,6 +16,8 @@ from drake_aerial.transport.station import TransportStation
 
 OUTCOMES = ("completed", "dropped", "crashed", "diverged")
 Progress = Callable[[float, str], None]
+Watch = Callable[[Context], None]
+"""Sees the station's context, every 0.02 s of simulated time."""
 
 _NOTHING_DONE = EventStatus.DidNothing()
 _LOOK = 0.02
@@ -44,6 +46,8 @@ class FlightMonitor:
         [s]
     progress : callable, optional
         Called with the fraction flown and a word on it.
+    watch : callable, optional
+        Called with the context every 0.02 s of simulated time, to look at and not to change.
 
     Attributes
     ----------
@@ -64,7 +68,9 @@ class FlightMonitor:
         max_error: float = 2.5,
         after_drop: float = 3.0,
         progress: Progress | None = None,
+        watch: Watch | None = None,
     ):
+        self._watch = watch
         self.outcome, self.reason = "completed", ""
         self.time: float | None = None
         self.after_drop: dict[str, Any] | None = None
@@ -98,6 +104,8 @@ class FlightMonitor:
         if self._progress is not None and t >= self._next_report:
             self._next_report = t + _REPORT
             self._progress(min(t / max(self._trajectory.duration, 1e-9), 1.0), f"flight {t:.1f} s")
+        if self._watch is not None:
+            self._watch(context)
         if self.is_open:
             self._look(context, t)
         if self._holding and self.after_drop is not None:
