@@ -7,6 +7,7 @@ from pathlib import Path
 
 from drake_aerial.cli.answer import answer
 from drake_aerial.cli.arguments import add_json, add_seed, positive_number
+from drake_aerial.cli.live import add_live, live_is_wanted, tell_address
 from drake_aerial.cli.progress import progress_bar
 
 # Named here again, since a parser that asked the library for them would load Drake to print its help.
@@ -56,6 +57,7 @@ def add_verb(verbs: argparse._SubParsersAction) -> None:
         help="fly also a solution marked infeasible, contacts by which no taut cables hold the payload, or too heavy a payload",
     )
     verb.add_argument("--graphviz", type=Path, metavar="FILE", help="also draw the diagram (.dot, or .svg, .png, .pdf)")
+    add_live(verb, "show the flight in Meshcat while it is simulated, not faster than real time")
     add_json(verb, "the metrics")
     verb.set_defaults(run=run)
 
@@ -65,6 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
     from drake_aerial import prepare_flight, write_diagram_picture
     from drake_aerial.drawing.replay import write_replay
 
+    live = live_is_wanted(arguments)
     with progress_bar("fly") as progress:
         flight = prepare_flight(
             arguments.contacts,
@@ -79,7 +82,15 @@ def run(arguments: argparse.Namespace) -> int:
         )
         if arguments.graphviz:
             write_diagram_picture(arguments.graphviz, flight.station)
-        result = flight.run(arguments.seed, progress=progress)
+        if live:
+            from drake_aerial.drawing.live import live_flight
+
+            with live_flight(
+                flight, port=arguments.port, open_browser=not arguments.no_browser, tell=tell_address
+            ) as watch:
+                result = flight.run(arguments.seed, progress=progress, watch=watch)
+        else:
+            result = flight.run(arguments.seed, progress=progress)
     result.save(arguments.out)
     write_replay(arguments.out / "flight.html", result)
     answer(arguments.json, result.metrics, f"{result.summary()}\n-> {arguments.out}")

@@ -1,7 +1,5 @@
 """The page, worked as a user would in a real browser."""
 
-import shutil
-
 import numpy as np
 import pytest
 import trimesh
@@ -12,18 +10,6 @@ from drake_aerial.learning.demonstration import Demonstration
 from drake_aerial.perception.point_cloud import PointCloud
 
 pytestmark = pytest.mark.browser
-FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
-
-
-@pytest.fixture(scope="module")
-def browser():
-    from playwright.sync_api import sync_playwright
-
-    installed = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=installed, args=FLAGS)
-        yield browser
-        browser.close()
 
 
 @pytest.fixture
