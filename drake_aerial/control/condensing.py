@@ -53,8 +53,8 @@ class CondensedProblem:
             A, B, c of the N steps.
         Q, q : (N + 1, nx, nx), (N + 1, nx) arrays
             Weights of d_0 (ignored) to d_N.
-        R, r : (nu,), (N, nu) arrays
-            Weights of the inputs; R is a diagonal.
+        R, r : (N, nu), (N, nu) arrays
+            Weights of the inputs; R has diagonals.
         """
         N, nx, nu, flow = self.N, self.nx, self.nu, model.flow
         self._new[:] = model.Gamma
@@ -69,7 +69,7 @@ class CondensedProblem:
         for k in range(N - 1, -1, -1):
             np.matmul(L[k], self._after[k], out=self._before[k])
         hessian = self._rows.reshape(N * nu, N * nu)
-        hessian.ravel()[:: N * nu + 1] += np.tile(R, N)
+        hessian.ravel()[:: N * nu + 1] += R.ravel()
         return hessian, (self._gradient + r).ravel()
 
     def expand(self, u: Array) -> Array:

@@ -52,8 +52,8 @@ def view_violation(model: PayloadModelParameters, x: PayloadState, E: Array, hal
     return cosine[:, :, 0] + np.cos(half_angle), J
 
 
-def view_penalty(violation: Array, jacobian: Array, weight: float) -> tuple[Array, Array]:
-    """Return Hessians (B, nx, nx) and gradients (B, nx) of weight/2 sum max(0, violation)^2, by Gauss-Newton."""
+def view_penalty(violation: Array, jacobian: Array, weight: float | Array) -> tuple[Array, Array]:
+    """Return Hessians (B, nx, nx) and gradients (B, nx) of weight/2 sum max(0, violation)^2, by Gauss-Newton; weights may be (B, 1)."""
     outside = weight * np.maximum(violation, 0.0)
     active = weight * (violation > 0.0)
     hessian = np.swapaxes(jacobian, 1, 2) @ (active[:, :, None] * jacobian)

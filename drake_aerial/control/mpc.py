@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import time
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from drake_aerial.control.disturbance import Disturbance, DisturbanceObserver
 from drake_aerial.control.field_of_view import view_penalty, view_violation
 from drake_aerial.control.flatness import Reference, ReferenceTable, disturbed, reference_table
 from drake_aerial.control.observation import Observation
-from drake_aerial.control.payload_linearization import change_chart, discretize, linearize
+from drake_aerial.control.payload_linearization import change_chart, discretize, linearize, repeated
 from drake_aerial.control.payload_model import PayloadState, retract, tangent_basis
 from drake_aerial.control.payload_parameters import PayloadModelParameters
 from drake_aerial.control.tracking_error import deviation, deviation_jacobian, terminal_cost
@@ -29,6 +30,9 @@ from drake_aerial.errors import InputError
 from drake_aerial.geometry import cross
 
 Array = NDArray[np.float64]
+
+STAGES = (1,) * 4 + (2,) * 8
+"""The default horizon's steps, in units of the shortest."""
 
 
 @dataclass(frozen=True)
@@ -90,10 +94,11 @@ class PayloadMpc(PayloadController):
     ----------
     model : PayloadModelParameters
         What the controller believes.
-    stages : int
-        N, the number of steps of the horizon.
+    stages : int or sequence of int
+        The lengths of the horizon's N steps, in units of `step`; a number alone is so many equal steps. The default looks 1 s ahead:
+        0.2 s finely and the rest in steps twice as long, at some three fifths of the cost of 20 equal ones.
     step : float
-        h, the length of a step [s].
+        h, the shortest step [s].
     weights : MpcWeights
     integral_gain : float
         Rate at which a remaining position error moves the reference [1/s]; 0 is off.
@@ -119,7 +124,7 @@ class PayloadMpc(PayloadController):
         self,
         model: PayloadModelParameters,
         *,
-        stages: int = 20,
+        stages: int | Sequence[int] = STAGES,
         step: float = 0.05,
         weights: MpcWeights | None = None,
         integral_gain: float = 0.0,
@@ -128,11 +133,16 @@ class PayloadMpc(PayloadController):
         observer: DisturbanceObserver | None = None,
         **keywords: Any,
     ):
-        if stages < 2 or not step > 0.0:
-            raise InputError(f"an MPC needs at least 2 stages and a step > 0 s but got {stages}, {step}")
+        units = np.ones(stages, int) if isinstance(stages, int) and stages > 0 else np.array(stages)
+        whole = units.ndim == 1 and len(units) > 1 and units.dtype.kind == "i" and (units > 0).all()
+        if not whole or not step > 0.0:
+            raise InputError(
+                f"an MPC needs at least 2 stages, each a whole number of steps long, and a step > 0 s but got {stages}, {step}"
+            )
         if field_of_view is not None and not 0.0 < field_of_view < np.pi:
             raise InputError(f"field_of_view must be between 0 and pi rad but got {field_of_view}")
-        self.stages, self.step, self.field_of_view = stages, step, field_of_view
+        self.stages, self.step, self.field_of_view = len(units), step, field_of_view
+        self._units = units
         self.observer = observer
         self.weights = weights or MpcWeights()
         self.integral_gain, self.integral_limit = integral_gain, integral_limit
@@ -152,10 +162,22 @@ class PayloadMpc(PayloadController):
             ]
         )
         self._R = step * np.full(3 * n, w.input)
-        self._weights = np.tile(np.diag(self._Q), (stages + 1, 1, 1))
-        self._problem = CondensedProblem(stages, len(self._Q), 3 * n)
+        # A state counts for half of the steps on both its sides, an input for its step.
+        ends = np.concatenate([[0], np.cumsum(units)])
+        self._count = np.concatenate([[1.0], 0.5 * (units[:-1] + units[1:]), [1.0]])
+        self._weights = self._count[:, None, None] * np.diag(self._Q)
+        self._input_weights = np.repeat(units, 3 * n).reshape(-1, 3 * n) * self._R
+        self._problem = CondensedProblem(len(units), len(self._Q), 3 * n)
+        self._ends = ends
+        # An input stands for the mean over its step.
+        self._means = np.zeros((len(units), ends[-1]))
+        for k, (begin, end) in enumerate(itertools.pairwise(ends)):
+            self._means[k, begin:end] = 1.0 / (end - begin)
+        ahead = self.period / step
+        self._shift_states = shifting(ends.astype(float), ahead)
+        self._shift_inputs = shifting(self._means @ np.arange(ends[-1]), ahead)
         self._terminal: dict[float, Array] = {}
-        self._low, self._high = np.tile(thrust_box(model), (1, stages))
+        self._low, self._high = np.tile(thrust_box(model), (1, len(units)))
         self._qp: Any = None
         ticket = {self.all_state_ticket()}
         self.DeclareVectorOutputPort("diagnostics", 4, self._calc_diagnostics, ticket)
@@ -172,7 +194,7 @@ class PayloadMpc(PayloadController):
     def _reduced(self, model: PayloadModelParameters) -> PayloadMpc:
         law = PayloadMpc(
             model,
-            stages=self.stages,
+            stages=self._units.tolist(),
             step=self.step,
             weights=self.weights,
             integral_gain=self.integral_gain,
@@ -188,16 +210,17 @@ class PayloadMpc(PayloadController):
         begin = time.thread_time()
         n, N, h = self._n, self.stages, self.step
         table = reference_table(self.model, reference)
-        desired = table.at(t + h * np.arange(N + 1))
+        fine = table.at(t + h * np.arange(self._ends[-1] + 1))
+        desired = Reference(*(field[self._ends] for field in fine))
+        desired.u[:N] = (self._means @ fine.u[:-1].reshape(-1, 3 * n)).reshape(N, n, 3)
         plan = memory[_HEADER : self._plan_end]
         pushed: Disturbance | None = None
         if self.observer is not None:
             pushed = self.observer.step(self.model, memory[self._plan_end :], seen, thrust, self.period)
             desired = disturbed(self.model, reference.yaw, desired, pushed.wrench)
         if memory[0]:
-            share = self.period / h
-            u = shift(plan[: N * 3 * n].reshape(N, n, 3), share)
-            x = normalized(unpack(shift(plan[N * 3 * n :].reshape(N + 1, -1), share), n))
+            u = (self._shift_inputs @ plan[: N * 3 * n].reshape(N, -1)).reshape(N, n, 3)
+            x = normalized(unpack(self._shift_states @ plan[N * 3 * n :].reshape(N + 1, -1), n))
         # What pushes on a quadrotor acts as thrust does: from here on, thrusts and inputs are the sums of the two.
         now = self._measured(seen, thrust)
         if pushed is not None:
@@ -242,12 +265,12 @@ class PayloadMpc(PayloadController):
         first = PayloadState(*(field[:N] for field in x))
         last = PayloadState(*(field[1:] for field in x))
         linear = linearize(self.model, first, u, E[:N], None if pushed is None else pushed.wrench)
-        discrete = change_chart(discretize(linear, self.step), first, E[:N], last, E[1:])
+        discrete = change_chart(repeated(discretize(linear, self.step), self._units), first, E[:N], last, E[1:])
         e = deviation(self.model, x, desired, E)
         C = deviation_jacobian(self.model, x)
         CT = np.swapaxes(C, 1, 2)
-        Q, q = self._weights.copy(), self._Q * e
-        Q[:N, :12, :12] = CT[:N] @ (self._Q[:12, None] * C[:N])
+        Q, q = self._weights.copy(), self._count[:, None] * self._Q * e
+        Q[:N, :12, :12] = CT[:N] @ ((self._count[:N, None] * self._Q[:12])[:, :, None] * C[:N])
         Q[N], q[N] = P, P @ e[N]
         Q[N, :12] = CT[N] @ P[:12]
         Q[N, :, :12] = Q[N, :, :12] @ C[N]
@@ -255,10 +278,10 @@ class PayloadMpc(PayloadController):
         if self.field_of_view is not None:
             aimed = x if pushed is None else x._replace(F=x.F - pushed.on_quadrotors)
             violation, J = view_violation(self.model, aimed, E, 0.5 * self.field_of_view)
-            hessian, gradient = view_penalty(violation, J, self.weights.view * self.step)
+            hessian, gradient = view_penalty(violation, J, self.weights.view * self.step * self._count[:, None])
             Q, q = Q + hessian, q + gradient
-        r = self._R * (u - desired.u[:N]).reshape(N, -1)
-        H, g = self._problem.condense(discrete, Q, q, self._R, r)
+        r = self._input_weights * (u - desired.u[:N]).reshape(N, -1)
+        H, g = self._problem.condense(discrete, Q, q, self._input_weights, r)
         taken = u if pushed is None else u - pushed.on_quadrotors
         return self._solve(H, g, self._low - taken.ravel(), self._high - taken.ravel())
 
@@ -320,20 +343,15 @@ def unpack(rows: Array, n: int) -> PayloadState:
     )
 
 
-def shift(values: Array, share: float) -> Array:
-    """Return samples (B, ...) one step apart, moved on by `share` of a step; extrapolated at the end."""
-    moved: Array = _shifting(len(values), share) @ values.reshape(len(values), -1)
-    return moved.reshape(values.shape)
-
-
-@lru_cache(maxsize=32)
-def _shifting(count: int, share: float) -> Array:
-    """Return the matrix (count, count) that moves samples on by `share` of a step."""
-    M = np.zeros((count, count))
-    place = np.arange(count) + share
-    low = np.minimum(place.astype(int), count - 2)
-    M[np.arange(count), low] = 1.0 - (place - low)
-    M[np.arange(count), low + 1] = place - low
+def shifting(times: Array, ahead: float) -> Array:
+    """Return the matrix (B, B) that moves samples at `times` (B,) on by `ahead`: linear between them, and beyond the end."""
+    B = len(times)
+    place = times + ahead
+    low = np.clip(np.searchsorted(times, place, side="right") - 1, 0, B - 2)
+    share = (place - times[low]) / (times[low + 1] - times[low])
+    M = np.zeros((B, B))
+    M[np.arange(B), low] = 1.0 - share
+    M[np.arange(B), low + 1] = share
     return M
 
 

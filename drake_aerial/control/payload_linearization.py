@@ -226,6 +226,26 @@ def discretize(linear: Linearization, step: float) -> DiscreteModel:
     return DiscreteModel(flow)
 
 
+def repeated(discrete: DiscreteModel, times: Array) -> DiscreteModel:
+    """Return steps that are `times` (B,) as long: each taken so often in its own chart, with the same input.
+
+    The matrices given are changed in place.
+    """
+    nu = discrete.flow.shape[2] - discrete.flow.shape[1] - 1
+    longer = np.flatnonzero(times > 1)
+    once = discrete.flow[longer]
+    taken = once.copy()
+    for k in range(1, int(times.max())):
+        more = times[longer] > k
+        step, before = once[more], taken[more]
+        after = step[:, :, nu:-1] @ before
+        after[:, :, :nu] += step[:, :, :nu]
+        after[:, :, -1] += step[:, :, -1]
+        taken[more] = after
+    discrete.flow[longer] = taken
+    return discrete
+
+
 def own_blocks(rows: Array, first: int, width: int) -> Array:
     """Return, of rows (B, n, k, m) of n cables, each cable's own columns (B, n, k, width), to be written to.
 

@@ -10,7 +10,7 @@ def test_the_condensed_minimum_solves_the_full_kkt_system():
     A, B, c = rng.normal(size=(N, nx, nx)), rng.normal(size=(N, nx, nu)), rng.normal(size=(N, nx))
     root = rng.normal(size=(N + 1, nx, nx))
     Q, q = root @ np.swapaxes(root, 1, 2), rng.normal(size=(N + 1, nx))
-    R, r = rng.uniform(0.5, 2.0, nu), rng.normal(size=(N, nu))
+    R, r = rng.uniform(0.5, 2.0, (N, nu)), rng.normal(size=(N, nu))
     problem = CondensedProblem(N, nx, nu)
     H, g = problem.condense(DiscreteModel(np.concatenate([B, A, c[:, :, None]], axis=2)), Q, q, R, r)
     u = -np.linalg.solve(np.tril(H) + np.tril(H, -1).T, g)
@@ -20,7 +20,7 @@ def test_the_condensed_minimum_solves_the_full_kkt_system():
     K, rhs = np.zeros((size + N * nx, size + N * nx)), np.zeros(size + N * nx)
     for k in range(N):
         iu, ix = k * (nu + nx), k * (nu + nx) + nu
-        K[iu : iu + nu, iu : iu + nu], rhs[iu : iu + nu] = np.diag(R), -r[k]
+        K[iu : iu + nu, iu : iu + nu], rhs[iu : iu + nu] = np.diag(R[k]), -r[k]
         K[ix : ix + nx, ix : ix + nx], rhs[ix : ix + nx] = Q[k + 1], -q[k + 1]
         row = slice(size + k * nx, size + (k + 1) * nx)
         K[row, ix : ix + nx], K[row, iu : iu + nu], rhs[row] = np.eye(nx), -B[k], c[k]

@@ -6,7 +6,7 @@ from scipy.optimize import lsq_linear
 from ticks import fix_inputs, one_tick, tick
 
 from drake_aerial.control.flatness import reference_table
-from drake_aerial.control.mpc import PayloadMpc, normalized, pack, shift, thrust_box, unpack
+from drake_aerial.control.mpc import STAGES, PayloadMpc, normalized, pack, shifting, thrust_box, unpack
 from drake_aerial.control.observation import PositionFilter
 from drake_aerial.control.payload_model import PayloadState, retract, rotation_exp
 from drake_aerial.control.payload_parameters import PayloadModelParameters
@@ -130,11 +130,13 @@ def test_all_memory_is_in_the_context():
     np.testing.assert_array_equal(tick(controller, b), expected)
 
 
-def test_a_plan_moves_on_in_time():
-    t = np.linspace(0.0, 1.0, 21)
+@pytest.mark.parametrize("steps", [(1,) * 20, STAGES, (1, 3, 2, 2)])
+def test_a_plan_moves_on_in_time(steps):
+    places = np.concatenate([[0.0], np.cumsum(steps)])
+    t, count = 0.05 * places, len(places)
     rng = np.random.default_rng(0)
     slope = rng.normal(size=(1, 3))
-    xi = np.stack([0.2 * np.sin(t), 0.1 * np.cos(t), -np.ones(21)], axis=1)
+    xi = np.stack([0.2 * np.sin(t), 0.1 * np.cos(t), -np.ones(count)], axis=1)
     xi /= np.linalg.norm(xi, axis=1, keepdims=True)
     line = t[:, None] * slope
     R = rotation_exp(line)
@@ -142,12 +144,15 @@ def test_a_plan_moves_on_in_time():
     rows = pack(x)
     for got, field in zip(unpack(rows, 1), x):
         np.testing.assert_array_equal(got, field)
-    moved = normalized(unpack(shift(rows, 0.4), 1))
+    moved = normalized(unpack(shifting(places, 0.4) @ rows, 1))
     np.testing.assert_allclose(moved.p, line + 0.02 * slope, atol=1e-12)
     np.testing.assert_allclose(np.linalg.norm(moved.xi, axis=-1), 1.0, atol=1e-12)
-    np.testing.assert_allclose(moved.R[:20], rotation_exp(line + 0.02 * slope)[:20], atol=1e-4)
-    np.testing.assert_allclose(moved.R @ np.swapaxes(moved.R, 1, 2), np.tile(np.eye(3), (21, 1, 1)), atol=1e-6)
-    np.testing.assert_allclose(shift(rows, 2.0)[:19], rows[2:], atol=1e-12)
+    np.testing.assert_allclose(moved.R[:-1], rotation_exp(line + 0.02 * slope)[:-1], atol=1e-4 * max(steps) ** 2)
+    np.testing.assert_allclose(
+        moved.R @ np.swapaxes(moved.R, 1, 2), np.tile(np.eye(3), (count, 1, 1)), atol=1e-6 * max(steps) ** 4
+    )
+    if set(steps) == {1}:
+        np.testing.assert_allclose((shifting(places, 2.0) @ rows)[:19], rows[2:], atol=1e-12)
 
 
 def test_the_box_lets_a_quadrotor_tilt_by_45_degrees():
@@ -160,6 +165,10 @@ def test_an_impossible_horizon_is_refused():
     model = PayloadModelParameters(0.25, INERTIA, [[0.0, 0.0, 0.14]])
     with pytest.raises(InputError, match="stages"):
         PayloadMpc(model, stages=1)
+    with pytest.raises(InputError, match="stages"):
+        PayloadMpc(model, stages=[1, 0, 2])
+    with pytest.raises(InputError, match="stages"):
+        PayloadMpc(model, stages=[1.5, 1.0])
     with pytest.raises(InputError, match="period"):
         PayloadMpc(model, period=0.0)
 

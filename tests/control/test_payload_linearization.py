@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from payload_cases import random_input, random_model, random_state
 
-from drake_aerial.control.payload_linearization import change_chart, discretize, linearize
+from drake_aerial.control.payload_linearization import change_chart, discretize, linearize, repeated
 from drake_aerial.control.payload_model import (
     PayloadState,
     derivative,
@@ -99,3 +99,14 @@ def test_the_error_of_a_step_falls_with_the_square_of_its_length(n):
     assert finer_drift < drift / 5  # the exponential step is of second order: its error is of third
     assert finer_slope < slope / 3.2
     assert finer_slope < 0.03 * np.abs(exact).max()
+
+
+def test_a_step_taken_several_times_is_a_longer_step():
+    model = random_model(2, seed=2)
+    x, u = random_state(2, 4, seed=2, rates=0.3), random_input(2, 4)
+    linear = linearize(model, x, u)
+    times = np.array([1, 2, 3, 2])
+    taken = repeated(discretize(linear, 0.01), times)
+    for k, count in enumerate(times):
+        whole = discretize(linear, 0.01 * count)
+        np.testing.assert_allclose(taken.flow[k], whole.flow[k], rtol=1e-5, atol=1e-6 * np.abs(whole.flow[k]).max())
