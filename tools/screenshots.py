@@ -1,0 +1,88 @@
+"""Photographs each kind of page in Chromium for docs/gallery.md: `tools/run python tools/screenshots.py [DIR]`.
+
+A desk's screen and a phone's, side by side in one PNG for each page, into docs/images/pages unless a folder is named. The pictures are
+kept with the sources, since not every machine that builds the documents has a browser. Needs the package's `dev` extra
+(Playwright) and a Chromium.
+"""
+
+import io
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+ROOT = Path(__file__).parent.parent
+SCREENS = ((1280, 800), (390, 780))
+HEIGHT = 520
+GAP = 16
+LARGEST = 150_000
+FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
+
+
+def make_pages(folder: Path) -> dict[str, Path]:
+    """Write one page of each kind; return them by the name of their picture."""
+    from drake_aerial import prepare_flight, read_scan, read_skill, transfer
+    from drake_aerial.demo import run_demo
+    from drake_aerial.drawing.replay import write_replay
+    from drake_aerial.drawing.views import cloud_view, skill_view, write_contacts_page
+
+    pages = {name: folder / f"{name}.html" for name in ("cloud", "skill", "contacts", "trial")}
+    np.save(folder / "bunny.npy", read_scan("bunny").points)
+    bunny, triangle = read_scan(folder / "bunny.npy"), read_scan("hollow_triangle")
+    cloud_view(bunny).write(pages["cloud"])
+    skill_view(read_skill("formation")).write(pages["skill"])
+    write_contacts_page(pages["contacts"], transfer(read_skill("curved"), bunny), bunny)
+    found = transfer(read_skill("formation"), triangle, top=1)
+    write_replay(pages["trial"], prepare_flight(found, payload="hollow_triangle").run(0), title="Three quadrotors")
+    run_demo(folder / "demo")
+    return pages | {"report": folder / "demo" / "report.html"}
+
+
+def photograph(pages: dict[str, Path], folder: Path) -> None:
+    """Write one PNG a page, the screens side by side."""
+    from playwright.sync_api import sync_playwright
+
+    installed = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    folder.mkdir(parents=True, exist_ok=True)
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=installed, args=FLAGS)
+        for name, path in pages.items():
+            shots = []
+            for width, height in SCREENS:
+                page = browser.new_page(viewport={"width": width, "height": height})
+                page.goto(path.resolve().as_uri())
+                if name == "trial":
+                    # Late on the circle, and at rest, so that the picture is the same each time.
+                    page.evaluate("viewer.animator.pause(), replay.seek(11)")
+                page.wait_for_timeout(2500)
+                shots.append(page.screenshot())
+                page.close()
+            _write_sheet(folder / f"{name}.png", shots)
+        browser.close()
+
+
+def _write_sheet(path: Path, shots: list[bytes]) -> None:
+    images = [Image.open(io.BytesIO(shot)).convert("RGB") for shot in shots]
+    images = [
+        image.resize((image.width * HEIGHT // image.height, HEIGHT), Image.Resampling.LANCZOS) for image in images
+    ]
+    sheet = Image.new("RGB", (sum(image.width for image in images) + 3 * GAP, HEIGHT + 2 * GAP), (208, 213, 219))
+    left = GAP
+    for image in images:
+        sheet.paste(image, (left, GAP))
+        left += image.width + GAP
+    # Few colours are many pixels; the rare ones are what the legends are about.
+    sheet.quantize(200, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(path, optimize=True)
+    size = path.stat().st_size
+    print(f"{path}: {size / 1000:.0f} kB", file=sys.stderr)
+    if size > LARGEST:
+        raise SystemExit(f"{path} has {size} bytes; at most {LARGEST} are kept with the sources")
+
+
+if __name__ == "__main__":
+    target = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "docs" / "images" / "pages"
+    with tempfile.TemporaryDirectory() as work:
+        photograph(make_pages(Path(work)), target)
