@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from drake_aerial.configuration import defaults_text, parameters_text, read_parameters
+    from drake_aerial.control.controller_parameters import GeometricParameters, MpcParameters
     from drake_aerial.control.disturbance import DisturbanceObserver
     from drake_aerial.control.geometric import GeometricController
     from drake_aerial.control.mpc import PayloadMpc
@@ -55,8 +57,10 @@ _HOMES = {
     "Dryden": "plant.dryden",
     "FlightOptions": "transport.flight_options",
     "GeometricController": "control.geometric",
+    "GeometricParameters": "control.controller_parameters",
     "InputError": "errors",
     "JobError": "errors",
+    "MpcParameters": "control.controller_parameters",
     "Payload": "plant.payload",
     "PayloadMpc": "control.mpc",
     "PointCloud": "perception.point_cloud",
@@ -71,11 +75,14 @@ _HOMES = {
     "add_payload": "plant.payload_body",
     "add_quadrotor": "plant.quadrotor",
     "compute_features": "perception.surface_features",
+    "defaults_text": "configuration",
     "fly": "transport.trial",
     "learn": "learning.learn",
     "make_transport_station": "transport.station",
+    "parameters_text": "configuration",
     "partial_view": "perception.views",
     "prepare_flight": "transport.trial",
+    "read_parameters": "configuration",
     "read_scan": "named_inputs",
     "read_skill": "named_inputs",
     "refine": "transferring.refinement",
@@ -97,8 +104,10 @@ __all__ = [
     "Dryden",
     "FlightOptions",
     "GeometricController",
+    "GeometricParameters",
     "InputError",
     "JobError",
+    "MpcParameters",
     "Payload",
     "PayloadMpc",
     "PointCloud",
@@ -113,11 +122,14 @@ __all__ = [
     "add_payload",
     "add_quadrotor",
     "compute_features",
+    "defaults_text",
     "fly",
     "learn",
     "make_transport_station",
+    "parameters_text",
     "partial_view",
     "prepare_flight",
+    "read_parameters",
     "read_scan",
     "read_skill",
     "refine",

@@ -4,6 +4,8 @@ A page's blocks run in the order they stand, in one folder: `yaml` blocks become
 blocks go through the command line's own entry point, `python` blocks share their names.
 """
 
+import contextlib
+import io
 import re
 import shlex
 from pathlib import Path
@@ -122,6 +124,9 @@ def test_the_documented_files_are_what_is_written(tmp_path):
     result = Flight(suspension, trajectory=HoverTrajectory(hover_time=0.5)).run(0)
     for key in set(result.metrics) - {"schema", "version"}:
         assert f"`{key}`" in described("metrics.json"), key
+    for key in ("controller_parameters", "station"):
+        assert key in result.metrics["configuration"]
+        assert f"`{key}`" in described("metrics.json"), key
     for key in result.series:
         assert f"`{key}`" in described("trial.npz"), key
 
@@ -131,6 +136,30 @@ def test_the_documented_files_are_what_is_written(tmp_path):
             stem = re.sub(r"\d+", "<n>", key.split(".")[0])
             text = described("Skill (.npz)").replace(".*", "").replace(".p`", "`")
             assert f"`{stem}`" in text, key
+
+
+def test_the_documented_nouns_are_those_of_configuration_files():
+    from drake_aerial.configuration import NOUNS
+    from drake_aerial.transport.station_parameters import StationParameters
+    from drake_aerial.typed_yaml.reading import record_from_mapping
+
+    page = (DOCS / "files.md").read_text().split("## Configuration files\n")[1].split("\n## ")[0]
+    rows = re.findall(r"^\| `(\w+)` \| .* \| (.*) \|$", page, flags=re.MULTILINE)
+    assert sorted(noun for noun, _ in rows) == sorted(NOUNS)
+    for verb, option in re.findall(r"`(\w+) (--\w+)`", " ".join(read_by for _, read_by in rows)):
+        help_text = _help(verb)
+        assert f"{option} " in help_text, (verb, option)
+    (station,) = (
+        yaml.safe_load(text) for text in re.findall(r"^```text\n(.*?)^```", page, flags=re.DOTALL | re.MULTILINE)
+    )
+    station["quadrotor"] = {}
+    assert record_from_mapping(StationParameters, station, "files.md").noise == 0.005
+
+
+def _help(verb: str) -> str:
+    with contextlib.redirect_stdout(io.StringIO()) as out, contextlib.suppress(SystemExit):
+        main([verb, "--help"])
+    return out.getvalue()
 
 
 def test_the_documented_payload_and_demonstration_are_read(tmp_path):

@@ -14,11 +14,11 @@ import sys
 from collections.abc import Sequence
 
 from drake_aerial import __version__
-from drake_aerial.cli import demo, demonstrate, fly, learn, report, study, transfer, view
+from drake_aerial.cli import defaults, demo, demonstrate, fly, learn, report, study, transfer, view
 from drake_aerial.errors import InputError, JobError
 
 # In the order in which the help names them.
-VERBS = (demo, learn, transfer, demonstrate, fly, study, report, view)
+VERBS = (demo, learn, transfer, demonstrate, fly, study, report, view, defaults)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

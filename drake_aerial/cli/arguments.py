@@ -19,6 +19,11 @@ def add_scan(verb: argparse.ArgumentParser) -> None:
     )
 
 
+def add_parameters(verb: argparse.ArgumentParser, noun: str) -> None:
+    """Add a configuration file of the verb's own noun."""
+    verb.add_argument("--parameters", metavar="FILE.yaml", help=f"what differs from `drake-aerial defaults {noun}`")
+
+
 def add_seed(verb: argparse.ArgumentParser) -> None:
     """Add the seed of everything random that the verb does."""
     verb.add_argument("--seed", type=whole_number, default=0, help="of all that is random (default: 0)")

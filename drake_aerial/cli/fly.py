@@ -12,8 +12,6 @@ from drake_aerial.cli.progress import progress_bar
 
 # Named here again, since a parser that asked the library for them would load Drake to print its help.
 BELIEFS = ("below_contact", "geometric", "true")
-CONTROLLERS = ("mpc", "geometric_ff", "geometric")
-CABLES = ("inextensible", "elastic")
 
 
 def add_verb(verbs: argparse._SubParsersAction) -> None:
@@ -43,14 +41,27 @@ def add_verb(verbs: argparse._SubParsersAction) -> None:
         default="below_contact",
         help="what the controller takes for the centre of mass",
     )
-    verb.add_argument("--controller", choices=CONTROLLERS, default="mpc")
+    verb.add_argument(
+        "--controller",
+        default="mpc",
+        metavar="NAME|FILE",
+        help="mpc, geometric_ff, geometric, or a YAML file (default: mpc)",
+    )
     verb.add_argument(
         "--trajectory",
         default="circle",
         metavar="NAME|FILE",
         help="a trajectory's name or YAML file (default: circle)",
     )
-    verb.add_argument("--cable", choices=CABLES, default="inextensible")
+    verb.add_argument("--station", metavar="FILE.yaml", help="team, wind, noise (default: the paper's)")
+    verb.add_argument("--quadrotor", metavar="FILE.yaml", help="all quadrotors, instead of the station's")
+    verb.add_argument(
+        "--cable",
+        metavar="KIND|FILE",
+        help="all cables, instead of the station's: a YAML file, or the kind alone, inextensible or elastic",
+    )
+    verb.add_argument("--gripper", metavar="FILE.yaml", help="all grippers, instead of the station's")
+    verb.add_argument("--wind", metavar="FILE.yaml", help="instead of the station's")
     verb.add_argument(
         "--force",
         action="store_true",
@@ -65,9 +76,17 @@ def add_verb(verbs: argparse._SubParsersAction) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Fly the solution and save the trial with its replay; fail unless the flight is completed."""
     from drake_aerial import prepare_flight, write_diagram_picture
+    from drake_aerial.configuration import read_controller, read_station
     from drake_aerial.drawing.replay import write_replay
 
     live = live_is_wanted(arguments)
+    parameters = read_station(
+        arguments.station,
+        quadrotor=arguments.quadrotor,
+        cable=arguments.cable,
+        gripper=arguments.gripper,
+        wind=arguments.wind,
+    )
     with progress_bar("fly") as progress:
         flight = prepare_flight(
             arguments.contacts,
@@ -75,9 +94,9 @@ def run(arguments: argparse.Namespace) -> int:
             mass=arguments.mass,
             solution=arguments.solution,
             belief=arguments.belief,
-            controller=arguments.controller,
+            controller=read_controller(arguments.controller),
             trajectory=arguments.trajectory,
-            cable=arguments.cable,
+            parameters=parameters,
             force=arguments.force,
         )
         if arguments.graphviz:

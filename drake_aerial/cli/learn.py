@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from drake_aerial.cli.answer import answer
-from drake_aerial.cli.arguments import add_json, add_seed
+from drake_aerial.cli.arguments import add_json, add_parameters, add_seed
 
 
 def add_verb(verbs: argparse._SubParsersAction) -> None:
@@ -16,6 +16,7 @@ def add_verb(verbs: argparse._SubParsersAction) -> None:
         "demonstration", metavar="DEMONSTRATION", help="a YAML file or the name of a shipped demonstration"
     )
     verb.add_argument("--out", type=Path, required=True, metavar="SKILL.npz")
+    add_parameters(verb, "learning")
     add_seed(verb)
     add_json(verb, "a summary")
     verb.set_defaults(run=run)
@@ -23,9 +24,10 @@ def add_verb(verbs: argparse._SubParsersAction) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Learn the skill and save it."""
-    from drake_aerial import Demonstration, learn
+    from drake_aerial import Demonstration, learn, read_parameters
 
-    skill = learn(Demonstration.read(arguments.demonstration), seed=arguments.seed)
+    parameters = None if arguments.parameters is None else read_parameters("learning", arguments.parameters)
+    skill = learn(Demonstration.read(arguments.demonstration), seed=arguments.seed, parameters=parameters)
     skill.save(arguments.out)
     answer(
         arguments.json,

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drake_aerial.cli.answer import answer
-from drake_aerial.cli.arguments import add_json, add_scan, add_seed, positive_number
+from drake_aerial.cli.arguments import add_json, add_parameters, add_scan, add_seed, positive_number
 from drake_aerial.cli.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ def add_verb(verbs: argparse._SubParsersAction) -> None:
     verb.add_argument("--out", type=Path, required=True, metavar="contacts.json")
     verb.add_argument("--method", choices=METHODS, default="task")
     verb.add_argument("--top", type=positive_number, default=5, metavar="N", help="how many solutions (default: 5)")
+    add_parameters(verb, "transfer")
     add_seed(verb)
     verb.add_argument(
         "--mass",
@@ -42,14 +44,17 @@ def add_verb(verbs: argparse._SubParsersAction) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Transfer the skill, write the contacts; fail where none is feasible."""
-    from drake_aerial import transfer
+    from drake_aerial import read_parameters, transfer
     from drake_aerial.named_inputs import read_scan, read_skill
     from drake_aerial.transferring.parameters import TransferParameters
     from drake_aerial.transport.lifting import default_lift
 
     skill = read_skill(arguments.skill)
-    lift = None if arguments.mass is None else default_lift(arguments.mass, len(skill))
-    parameters = TransferParameters(lift=lift)
+    parameters = TransferParameters()
+    if arguments.parameters is not None:
+        parameters = read_parameters("transfer", arguments.parameters)
+    if arguments.mass is not None:
+        parameters = replace(parameters, lift=default_lift(arguments.mass, len(skill)))
     cloud = read_scan(arguments.cloud, viewpoint=arguments.viewpoint, up=arguments.up)
     with progress_bar("transfer") as progress:
         solutions = transfer(

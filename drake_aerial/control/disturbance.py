@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from drake_aerial.control.observation import Observation
 from drake_aerial.control.payload_parameters import GRAVITY, PayloadModelParameters
 from drake_aerial.geometry import cross
+from drake_aerial.typed_yaml.record_fields import Unbounded
 
 Array = NDArray[np.float64]
 
@@ -68,7 +69,7 @@ class DisturbanceObserver(NamedTuple):
     """
 
     time: float = 0.5
-    moment_time: float = 1.0
+    moment_time: Unbounded = 1.0
     share: float = 0.5
     lever: float = 0.12
 

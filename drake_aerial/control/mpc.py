@@ -6,7 +6,7 @@ import itertools
 import time
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -69,6 +69,14 @@ class MpcWeights:
     thrust: float = 0.0
     input: float = 1.0
     view: float = 2e4
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not (np.isfinite(value) and value >= 0.0):
+                raise InputError(f"the MPC's weight {field.name} is {value!r}; 0 or more accepted")
+        if self.input == 0.0:
+            raise InputError("the MPC's weight input is 0; a positive number accepted")
 
 
 class PayloadMpc(PayloadController):

@@ -16,6 +16,7 @@ from drake_aerial.density.mixture import (
     lifted_gaussian,
     log_weighted_sums,
 )
+from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, Pose, quat_conjugate, quat_multiply
 
 
@@ -29,6 +30,12 @@ class Bandwidth:
     """Bandwidth of the rotation [rad]: per-axis standard deviation of the rotation vector."""
     descriptor: float = 0.2
     """Standard deviation of the descriptor r = curvature times neighbourhood radius (dimensionless)."""
+
+    def __post_init__(self) -> None:
+        for name in ("position", "rotation", "descriptor"):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value > 0.0):
+                raise InputError(f"the bandwidth's {name} is {value!r}; a positive number accepted")
 
 
 class SurfaceDensity:

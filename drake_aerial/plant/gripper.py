@@ -15,6 +15,7 @@ from pydrake.multibody.tree import ModelInstanceIndex, RigidBody, SpatialInertia
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, perpendicular, quat_from_xz
 from drake_aerial.plant.payload_body import PayloadBody
+from drake_aerial.typed_yaml.record_fields import Unbounded
 
 _RADIUS, _HEIGHT = 0.02, 0.01
 
@@ -23,7 +24,7 @@ _RADIUS, _HEIGHT = 0.02, 0.01
 class GripperParameters:
     """A magnetic gripper."""
 
-    holding_force: float = 20.0
+    holding_force: Unbounded = 20.0
     """The pull along the contact's normal at which it lets go [N]; infinite for one that never does."""
     mass: float = 0.002
     """Counts to the payload's side of the cable [kg]."""

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from pydrake.geometry import Box, Cylinder, Ellipsoid, Sphere
@@ -14,12 +13,12 @@ from pydrake.multibody.tree import ModelInstanceIndex, RigidBody, SpatialInertia
 from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
 from pydrake.systems.primitives import Saturation
 
-from drake_aerial import strict_yaml
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
 from drake_aerial.plant.mass_properties import check_inertia
 from drake_aerial.plant.motor_lag import MotorLag
 from drake_aerial.plant.scene import contact_properties
+from drake_aerial.typed_yaml.reading import read_record
 
 
 @dataclass(frozen=True)
@@ -65,15 +64,7 @@ class QuadrotorParameters:
         InputError
             For an unreadable file, an unknown key or an impossible value.
         """
-        path = Path(path)
-        known = {f.name: (3,) if f.name == "inertia" else () for f in fields(cls)}
-        data = strict_yaml.read_mapping(path)
-        strict_yaml.check_keys(data, str(path), optional=known)
-        given: dict[str, Any] = {}
-        for key, value in data.items():
-            array = strict_yaml.numbers(value, known[key], f"{path}: {key}")
-            given[key] = tuple(array.tolist()) if array.ndim else float(array)
-        return cls(**given)
+        return read_record(cls, path)
 
     @property
     def propeller_positions(self) -> Array:

@@ -98,7 +98,7 @@ class TransferParameters:
     def __post_init__(self) -> None:
         if self.scale not in SCALES:
             raise InputError(f"scale should be one of {', '.join(SCALES)}, got {self.scale!r}")
-        for name in ("voters", "candidates", "paper_candidates", "paper_votes", "kernels", "starts", "chains"):
+        for name in ("voters", "candidates", "paper_candidates", "paper_votes", "kernels", "starts", "chains", "steps"):
             if getattr(self, name) < 1:
                 raise InputError(f"{name} should be at least 1, got {getattr(self, name)}")
         for name in ("vote_sigma", "vote_sigma_rotation", "vote_descriptor", "vote_depth", "floor"):

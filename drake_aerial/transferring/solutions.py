@@ -12,6 +12,9 @@ import numpy as np
 from drake_aerial.errors import InputError
 from drake_aerial.files import write_text
 from drake_aerial.geometry import Array, Pose
+from drake_aerial.transferring.parameters import TransferParameters
+from drake_aerial.typed_yaml.reading import record_from_mapping
+from drake_aerial.typed_yaml.writing import record_to_mapping
 
 if TYPE_CHECKING:
     from drake_aerial.transferring.evidence import Evidence
@@ -98,6 +101,8 @@ class ContactSolutions:
     cloud : dict
         `path`, `sha256`, `points` (count), `dropped_points`, `centroid` (3,) [m], `up` (3,) and `viewpoint` (3,) [m] or
         None of the cloud.
+    parameters : TransferParameters or None
+        With which they were found; None for contacts that were given, or written without.
     timing : dict
         `features_s`, `query_s`, `optimise_s` [s].
     solutions : tuple of Solution
@@ -120,6 +125,7 @@ class ContactSolutions:
     cloud: dict[str, Any]
     timing: dict[str, float]
     solutions: tuple[Solution, ...]
+    parameters: TransferParameters | None = None
     evidence: Evidence | None = field(default=None, repr=False)
 
     def __len__(self) -> int:
@@ -144,6 +150,7 @@ class ContactSolutions:
             "seed": self.seed,
             "skill": self.skill,
             "cloud": self.cloud,
+            "parameters": None if self.parameters is None else record_to_mapping(self.parameters),
             "timing": self.timing,
             "solutions": [solution.to_dict() for solution in self.solutions],
         }
@@ -182,6 +189,7 @@ class ContactSolutions:
             raise InputError(f"{path} has the schema {schema!r}; contacts have {SCHEMA!r}")
         if values.get("version") != VERSION:
             raise InputError(f"{path} has contacts of version {values.get('version')!r}; this program reads {VERSION}")
+        given = values.get("parameters")
         try:
             return cls(
                 method=str(values["method"]),
@@ -190,7 +198,12 @@ class ContactSolutions:
                 cloud=dict(values["cloud"]),
                 timing=dict(values["timing"]),
                 solutions=tuple(Solution.from_dict(entry) for entry in values["solutions"]),
+                parameters=None
+                if given is None
+                else record_from_mapping(TransferParameters, given, f"{path}: parameters"),
             )
+        except InputError:
+            raise
         except (KeyError, TypeError, ValueError) as error:
             raise InputError(f"{path} has incomplete or damaged contacts: {error}") from error
 

@@ -144,6 +144,7 @@ def transfer(
         },
         timing={name: round(b - a, 4) for name, a, b in zip(names, clock, clock[1:])},
         solutions=solutions,
+        parameters=parameters,
         evidence=evidence,
     )
 

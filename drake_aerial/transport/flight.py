@@ -24,6 +24,7 @@ from drake_aerial.transport.recording import phase_names, record
 from drake_aerial.transport.station import TransportStation, make_transport_station
 from drake_aerial.transport.suspension import Suspension
 from drake_aerial.transport.trial_result import SCHEMA, VERSION, TrialResult
+from drake_aerial.typed_yaml.writing import record_to_mapping
 
 
 class Flight:
@@ -100,7 +101,7 @@ class Flight:
             parameters=parameters,
             force=options.force,
         )
-        payload = suspension.payload
+        payload, known = suspension.payload, options.controller_parameters
         self.configuration = {
             "package_version": drake_aerial.__version__,
             "belief": options.belief,
@@ -109,6 +110,7 @@ class Flight:
             "after_drop_s": options.after_drop,
             "controller": options.controller_name,
             "controller_options": {key: repr(value) for key, value in (options.controller_options or {}).items()},
+            "controller_parameters": known and _plain(record_to_mapping(known)),
             "trajectory": trajectory_to_dict(self.trajectory),
             "station": _plain(asdict(parameters)),
             "payload": {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,8 @@ import numpy as np
 from pydrake.systems.framework import LeafSystem
 
 from drake_aerial.control.controller import PayloadController
+from drake_aerial.control.controller_parameters import CONTROLLERS as DEFAULTS
+from drake_aerial.control.controller_parameters import ControllerParameters
 from drake_aerial.control.geometric import GeometricController
 from drake_aerial.control.mpc import PayloadMpc
 from drake_aerial.control.observation import PositionFilter
@@ -50,8 +52,9 @@ class FlightOptions:
 
     belief: str = "below_contact"
     """What the controller takes for the centre of mass: below_contact, geometric or true."""
-    controller: str | Callable[..., LeafSystem] = "mpc"
-    """mpc, geometric_ff or geometric; or your own: called with the believed `PayloadModelParameters`, it returns the LeafSystem."""
+    controller: str | ControllerParameters | Callable[..., LeafSystem] = "mpc"
+    """mpc, geometric_ff or geometric; or `MpcParameters` or `GeometricParameters`; or your own: called with the believed
+    `PayloadModelParameters`, it returns the LeafSystem."""
     trajectory: str | Path | Trajectory = "transport"
     """"transport" (also called "circle"), hover, line, waypoints, or a YAML file."""
     cable: str | CableParameters | None = None
@@ -72,7 +75,8 @@ class FlightOptions:
     def __post_init__(self) -> None:
         if self.belief not in BELIEFS:
             raise InputError(f"no belief {self.belief!r}: give one of {', '.join(BELIEFS)}")
-        if not callable(self.controller) and self.controller not in CONTROLLERS:
+        given = callable(self.controller) or isinstance(self.controller, ControllerParameters)
+        if not given and self.controller not in CONTROLLERS:
             raise InputError(f"no controller {self.controller!r}: give one of {', '.join(CONTROLLERS)}, or a function")
         if not (np.isfinite(self.after_drop) and self.after_drop >= 0.0):
             raise InputError(f"after_drop is {self.after_drop!r} s; 0 or more accepted")
@@ -86,6 +90,8 @@ class FlightOptions:
         # A tick one plant step after each sample sees that sample.
         matched = {"offset": parameters.time_step, "position_filter": PositionFilter(parameters.noise)}
         given = self.controller_options or {}
+        if isinstance(self.controller, ControllerParameters):
+            return CONTROLLERS[self.controller.kind](model, **{**matched, **self.controller.options(), **given})
         make = CONTROLLERS[self.controller] if isinstance(self.controller, str) else self.controller
         ours = isinstance(self.controller, str) or (isinstance(make, type) and issubclass(make, PayloadController))
         return make(model, **{**matched, **given}) if ours else make(model, **given)
@@ -93,7 +99,20 @@ class FlightOptions:
     @property
     def controller_name(self) -> str:
         """What the controller is called in records."""
+        if isinstance(self.controller, ControllerParameters):
+            return self.controller.kind
         return self.controller if isinstance(self.controller, str) else getattr(self.controller, "__name__", "function")
+
+    @property
+    def controller_parameters(self) -> ControllerParameters | None:
+        """Everything about the controller that is flown, what `controller_options` change included; None for your own."""
+        parameters = DEFAULTS[self.controller] if isinstance(self.controller, str) else self.controller
+        if not isinstance(parameters, ControllerParameters):
+            return None
+        known = {f.name for f in fields(parameters)} - {"kind"}
+        given = {key: value for key, value in (self.controller_options or {}).items() if key in known}
+        # None stands for the constructor's own default.
+        return replace(parameters, **{key: value for key, value in given.items() if value is not None})
 
     @classmethod
     def merged(cls, options: FlightOptions | None, changes: dict[str, Any]) -> FlightOptions:

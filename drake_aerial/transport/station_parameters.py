@@ -61,6 +61,16 @@ class StationParameters:
     """Whether the commands lead by what the motors lag, where they do (`MotorLead`). Without it the MPC with the table's attitude gains
     carries the table's box up to some 35 ms of lag, and loses it beyond."""
 
+    def __post_init__(self) -> None:
+        for name in ("time_step", "perception_period"):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value > 0.0):
+                raise InputError(f"the station's {name} is {value!r} s; a positive number accepted")
+        for name in ("noise", "attitude_period", "initial_slack", "airborne_height", "motor_lag"):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value >= 0.0):
+                raise InputError(f"the station's {name} is {value!r}; 0 or more accepted")
+
     def quadrotors(self, n: int) -> tuple[QuadrotorParameters, ...]:
         """Return the parameters of n quadrotors. Raises InputError if another number is given."""
         return each(self.quadrotor, n, "quadrotors")

@@ -1,0 +1,193 @@
+"""Configuration files: one typed YAML per noun, its defaults, and what is read and written of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from drake_aerial.errors import InputError
+
+if TYPE_CHECKING:
+    from drake_aerial.control.controller_parameters import ControllerParameters
+    from drake_aerial.transport.station_parameters import StationParameters
+
+# By name alone, so that asking for help loads none of them.
+NOUNS = {
+    "quadrotor": "plant.quadrotor.QuadrotorParameters",
+    "payload": "plant.payload.Payload",
+    "cable": "plant.cable.CableParameters",
+    "gripper": "plant.gripper.GripperParameters",
+    "wind": "plant.wind.WindParameters",
+    "station": "transport.station_parameters.StationParameters",
+    "controller": "control.controller_parameters.ControllerParameters",
+    "features": "perception.surface_features.FeatureParameters",
+    "bandwidths": "density.surface_density.Bandwidth",
+    "learning": "learning.parameters.LearningParameters",
+    "transfer": "transferring.parameters.TransferParameters",
+}
+"""Noun to the class of its parameters."""
+
+
+def read_parameters(noun: str, path: str | Path) -> Any:
+    """Return the parameters of a YAML file; what is left out has its default.
+
+    Parameters
+    ----------
+    noun : str
+        quadrotor, payload, cable, gripper, wind, station, controller, features, bandwidths, learning or transfer.
+    path : str or Path
+        A mapping with the names of the class's fields as keys. Where one of them is a noun of its own, as the station's quadrotor, its
+        value is a mapping or the name of a file, relative to this one.
+
+    Raises
+    ------
+    InputError
+        In one line: for an unknown noun, an unreadable file, an unknown key (with the nearest known one), a value of another type,
+        an impossible value.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from drake_aerial import read_parameters
+    >>> path = Path(tempfile.mkdtemp()) / "cable.yaml"
+    >>> _ = path.write_text("{kind: elastic, length: 0.8}")
+    >>> read_parameters("cable", path).length
+    0.8
+    >>> _ = path.write_text("lenght: 0.8")
+    >>> try:
+    ...     read_parameters("cable", path)
+    ... except ValueError as error:
+    ...     print(str(error).split(": ", 1)[1])
+    unknown key 'lenght' (did you mean 'length'?); accepted: kind, length, stiffness, damping, link_mass
+    """
+    from drake_aerial.typed_yaml.reading import read_record
+
+    kind = noun_class(noun)
+    return kind.read(path) if noun == "payload" else read_record(kind, path)
+
+
+def parameters_text(parameters: Any) -> str:
+    """Return parameters as YAML that reads back to equal ones, with what each means, its unit included, as a comment.
+
+    Examples
+    --------
+    >>> from drake_aerial import parameters_text
+    >>> from drake_aerial.plant.gripper import GripperParameters
+    >>> print(parameters_text(GripperParameters(holding_force=15.0)).splitlines()[-1])
+    mass: 0.002  # Counts to the payload's side of the cable [kg].
+    """
+    from drake_aerial.typed_yaml.writing import record_to_yaml
+
+    return record_to_yaml(parameters)
+
+
+def defaults_text(noun: str, kind: str | None = None) -> str:
+    """Return a noun's defaults as YAML with comments.
+
+    Parameters
+    ----------
+    noun : str
+        As `read_parameters` takes them. A payload has no defaults: that of the paper's first condition stands for one.
+    kind : str, optional
+        Of a controller or cable.
+
+    Raises
+    ------
+    InputError
+        For an unknown noun or kind.
+
+    Examples
+    --------
+    >>> from drake_aerial import defaults_text
+    >>> print(defaults_text("cable", kind="elastic").splitlines()[-2])
+    damping: 10.0  # Of the elastic kind, while taut [N s/m].
+    """
+    from drake_aerial import model_files
+
+    cls = noun_class(noun)
+    if noun == "payload":
+        if kind is not None:
+            raise InputError("a payload has no kinds")
+        return (model_files.models_dir() / "payloads" / "box_68x61x28.yaml").read_text(encoding="utf-8")
+    if noun == "controller":
+        return parameters_text(read_controller(kind or "mpc"))
+    if kind is None:
+        return parameters_text(cls())
+    if noun != "cable":
+        raise InputError(f"{noun} has no kinds; cable and controller have")
+    return parameters_text(cls(kind=kind))
+
+
+def read_controller(name_or_path: str | Path) -> ControllerParameters:
+    """Return the parameters of a controller by its name, or of a YAML file.
+
+    Raises
+    ------
+    InputError
+        If it is neither, or the file is refused.
+    """
+    from drake_aerial.control.controller_parameters import CONTROLLERS
+    from drake_aerial.strict_yaml import nearest
+
+    if str(name_or_path) in CONTROLLERS:
+        return CONTROLLERS[str(name_or_path)]
+    if not Path(name_or_path).is_file():
+        said = f"no controller {str(name_or_path)!r}{nearest(name_or_path, CONTROLLERS)}"
+        raise InputError(f"{said}: give a YAML file or one of {', '.join(CONTROLLERS)}")
+    return read_parameters("controller", name_or_path)
+
+
+def read_station(
+    station: str | Path | None = None,
+    *,
+    quadrotor: str | Path | None = None,
+    cable: str | Path | None = None,
+    gripper: str | Path | None = None,
+    wind: str | Path | None = None,
+) -> StationParameters:
+    """Return a station's parameters, of a YAML file or the paper's, with some parts from files of their own.
+
+    Parameters
+    ----------
+    station : str or Path, optional
+        A YAML file.
+    quadrotor, gripper, wind : str or Path, optional
+        YAML files; quadrotor and gripper are each for all of the team.
+    cable : str or Path, optional
+        A YAML file, for all of the team; or the kind, inextensible or elastic, of the station's.
+
+    Raises
+    ------
+    InputError
+        If a file is refused.
+    """
+    from drake_aerial.plant.cable import KINDS
+    from drake_aerial.strict_yaml import nearest
+    from drake_aerial.transport.station_parameters import StationParameters
+
+    parameters = StationParameters() if station is None else read_parameters("station", station)
+    for noun, path in (("quadrotor", quadrotor), ("gripper", gripper), ("wind", wind)):
+        if path is not None:
+            parameters = replace(parameters, **{noun: read_parameters(noun, path)})
+    if cable is None:
+        return parameters
+    if str(cable) in KINDS:
+        return parameters.with_cable_kind(str(cable))
+    if not Path(cable).is_file():
+        raise InputError(
+            f"no cable {str(cable)!r}{nearest(cable, KINDS)}: give a YAML file or one of {', '.join(KINDS)}"
+        )
+    return replace(parameters, cable=read_parameters("cable", cable))
+
+
+def noun_class(noun: str) -> Any:
+    """Return the class of a noun's parameters; for a controller, the union of both. Raises InputError for an unknown noun."""
+    from drake_aerial.strict_yaml import nearest
+
+    if noun not in NOUNS:
+        raise InputError(f"no noun {noun!r}{nearest(noun, NOUNS)}: give one of {', '.join(NOUNS)}")
+    module, name = NOUNS[noun].rsplit(".", 1)
+    return getattr(import_module(f"drake_aerial.{module}"), name)
