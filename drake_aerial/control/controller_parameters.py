@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal, TypeAlias
 
 from drake_aerial.control.disturbance import DisturbanceObserver
 from drake_aerial.control.geometric import GeometricGains
-from drake_aerial.control.mpc import MpcWeights
+from drake_aerial.control.mpc import STAGES, MpcWeights
 from drake_aerial.control.observation import PositionFilter
 from drake_aerial.control.take_off import TakeOff
 
@@ -25,10 +26,10 @@ class MpcParameters:
 
     kind: Literal["mpc"] = "mpc"
     """The geometric laws, geometric_ff and geometric, have other options."""
-    stages: int = 20
-    """The number of steps of the horizon."""
+    stages: int | Sequence[int] = STAGES
+    """The lengths of the horizon's steps, in units of `step`; a number alone is so many equal steps."""
     step: float = 0.05
-    """The length of a step [s]."""
+    """The shortest step [s]."""
     weights: MpcWeights = field(default_factory=MpcWeights)
     """Per second of horizon, on squared deviations."""
     integral_gain: float = 0.0

@@ -141,7 +141,7 @@ class ContactSolutions:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the content of contacts.json: lengths in metres, in the cloud's frame."""
-        return {
+        document = {
             "schema": SCHEMA,
             "version": VERSION,
             "units": "m",
@@ -150,10 +150,10 @@ class ContactSolutions:
             "seed": self.seed,
             "skill": self.skill,
             "cloud": self.cloud,
-            "parameters": None if self.parameters is None else record_to_mapping(self.parameters),
             "timing": self.timing,
             "solutions": [solution.to_dict() for solution in self.solutions],
         }
+        return document if self.parameters is None else {**document, "parameters": record_to_mapping(self.parameters)}
 
     def to_json(self) -> str:
         """Return contacts.json as text."""

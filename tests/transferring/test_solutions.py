@@ -1,12 +1,15 @@
 """contacts.json: the contract, its reading back, and what is refused."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Pose
+from drake_aerial.transferring.lift import Lift
+from drake_aerial.transferring.parameters import TransferParameters
 from drake_aerial.transferring.selection import distinct
 from drake_aerial.transferring.solutions import ContactSolutions, Solution
 
@@ -56,9 +59,21 @@ def test_reads_back_bit_equal(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["contacts.json"]
 
 
+def test_keeps_the_parameters_it_was_found_with(tmp_path):
+    parameters = TransferParameters(scale="rigid", vote_sigma=1 / 3, lift=Lift(0.5, (7.0,), (0.25,)))
+    found = replace(make(), parameters=parameters)
+    assert list(found.to_dict()) == [*KEYS, "parameters"]
+    found.write(tmp_path / "contacts.json")
+    again = ContactSolutions.read(tmp_path / "contacts.json")
+    assert again.parameters == parameters
+    assert again.to_json() == found.to_json()
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
+        ({"parameters": {"votes": 3}}, "parameters: unknown key 'votes'"),
+        ({"parameters": 0}, "parameters should be a mapping"),
         ({"schema": "x"}, "schema 'x'"),
         ({"version": 2}, "version 2"),
         ({"solutions": [{"rank": 1}]}, "incomplete"),
