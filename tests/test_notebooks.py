@@ -1,4 +1,4 @@
-"""Every notebook runs from top to bottom without a screen, and is kept without outputs."""
+"""Every notebook runs from top to bottom without a screen, is kept without outputs, and leaves nothing behind."""
 
 from pathlib import Path
 
@@ -6,11 +6,14 @@ import nbformat
 import pytest
 from nbclient import NotebookClient
 
-NOTEBOOKS = sorted((Path(__file__).parent.parent / "notebooks").glob("*.ipynb"))
+ROOT = Path(__file__).parent.parent
+NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
 
 
-def test_there_are_notebooks():
-    assert NOTEBOOKS
+def test_the_stories_are_numbered_and_listed():
+    assert [path.name[:3] for path in NOTEBOOKS] == ["00_", "01_", "02_", "03_", "04_", "05_"]
+    page = (ROOT / "docs" / "notebooks.md").read_text()
+    assert [path.name for path in NOTEBOOKS if path.name not in page] == []
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
@@ -24,3 +27,6 @@ def test_the_notebook_runs(path, tmp_path):
     client.execute()
     outputs = [output for cell in code for output in cell.outputs]
     assert sum("image/png" in output.get("data", {}) for output in outputs) >= 3
+    assert list(tmp_path.iterdir()) == [], "files written beside the notebook"
+    warned = [o.text for o in outputs if o.output_type == "stream" and "Warning" in o.text]
+    assert warned == []

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_aerial.geometry import Array, Pose, transform
+from drake_aerial.geometry import Array, Pose, quat_about_axis, rotate, transform
 from drake_aerial.learning.hull import HorizontalHull
 from drake_aerial.perception.surface_features import SurfaceFeatures
 from drake_aerial.transferring.hull_votes import HullVotes
@@ -55,14 +55,23 @@ class Evidence:
             return np.zeros(len(self.features))
         return self.likelihood.queries[gripper].log_density(self.features.pose)
 
-    def log_votes(self) -> Array:
-        """Return log V at every feature (N,), the yaw that suits it best; zeros where there are no votes."""
-        if self.votes is None:
+    def log_votes(self, gripper: int | None = None) -> Array:
+        """Return log V at every feature (N,), the yaw that suits it best; zeros where there are no votes.
+
+        V is a density of the formation's origin. For several grippers it is read there, unless a `gripper` is given: then where the
+        origin is when that gripper stands on the feature, the formation being as large as it is expected to be.
+        """
+        if self.votes is None or self.likelihood is None:
             return np.zeros(len(self.features))
+        p = self.features.p
         if not self.votes.with_yaw:
-            return self.votes.log_density(self.features.p, np.zeros(len(self.features)))
+            return self.votes.log_density(p, np.zeros(len(p)))
+        offset = np.zeros(3)
+        if gripper is not None:
+            offset = np.exp(self.likelihood.prior.log_mean) * self.likelihood.configuration.X_FG.p[gripper]
         yaws = np.linspace(0.0, 2.0 * np.pi, 36, endpoint=False)
-        logs = [self.votes.log_density(self.features.p, np.full(len(self.features), yaw)) for yaw in yaws]
+        origins = [p - rotate(quat_about_axis([0.0, 0.0, 1.0], yaw), offset) for yaw in yaws]
+        logs = [self.votes.log_density(origin, np.full(len(p), yaw)) for origin, yaw in zip(origins, yaws)]
         return np.max(logs, axis=0)
 
     def log_surface(self, gripper: int = 0) -> Array:
@@ -75,7 +84,7 @@ class Evidence:
         if len(self.likelihood.queries) == 1:
             X = self.features.pose
             return self.likelihood(Pose(X.p[:, None], X.q[:, None]))
-        return self.log_query(gripper) + self.likelihood.gamma * self.log_votes()
+        return self.log_query(gripper) + self.likelihood.gamma * self.log_votes(gripper)
 
     def votes_S(self) -> tuple[Array, Array]:
         """Return the votes' positions (M, 3) in S [m], at the cloud's top, and their weights (M,)."""
