@@ -191,7 +191,7 @@ def found_again(solutions: ContactSolutions, cloud: PointCloud, skill: ContactSk
         if solutions.skill not in model_files.names("demonstrations"):
             return solutions
         used = learn(Demonstration.read(solutions.skill), seed=0)
-    evidence = evidence_again(solutions, used, cloud)
+    evidence = evidence_again(solutions, used, cloud, solutions.parameters)
     if evidence is None and skill is not None:
         raise InputError(
             f"skill {skill.label!r} is not what found these contacts: under it they are not as likely as they say"

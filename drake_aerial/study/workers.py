@@ -51,10 +51,12 @@ class ThisProcess:
     def run(self, function: Callable[[T], R], tasks: Sequence[T]) -> Iterator[tuple[T, R | Exception]]:
         """Yield every task with its result, or with the error it raised."""
         for task in tasks:
+            result: R | Exception
             try:
-                yield task, function(task)
-            except Exception as error:
-                yield task, error
+                result = function(task)
+            except Exception as error:  # whatever a task raises is its result, as it is from a cluster
+                result = error
+            yield task, result
 
 
 class DaskWorkers:
