@@ -62,7 +62,7 @@ class PayloadController(LeafSystem):
         if not period > 0.0 or not 0.0 <= offset < period:
             raise InputError(f"a controller needs period > 0 and 0 <= offset < period but got {period}, {offset}")
         n = model.n
-        self.model, self.period = model, period
+        self.model, self.period, self.offset = model, period, offset
         self.take_off = take_off or TakeOff()
         self.position_filter = position_filter or PositionFilter()
         self._payload = self.DeclareVectorInputPort("payload_state", 13)

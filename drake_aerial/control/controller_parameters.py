@@ -30,6 +30,8 @@ class MpcParameters:
     """The lengths of the horizon's steps, in units of `step`; a number alone is so many equal steps."""
     step: float = 0.05
     """The shortest step [s]."""
+    ticks_per_plan: int = 2
+    """How many ticks a plan serves."""
     weights: MpcWeights = field(default_factory=MpcWeights)
     """Per second of horizon, on squared deviations."""
     integral_gain: float = 0.0

@@ -82,10 +82,12 @@ class MpcWeights:
 class PayloadMpc(PayloadController):
     """Tracks a trajectory with the payload's tracked point, and its attitude as far as the cables allow.
 
-    Each tick linearises the model once along the solution of the last tick, moved on in time, and solves one
+    Every `ticks_per_plan` ticks it linearises the model once along its last solution, moved on in time, and solves one
     quadratic program in the commanded thrusts (real-time iteration). The program is condensed; where its
     unconstrained minimum respects the thrust box it is the solution, else PIQP finds it. What is carried from
     tick to tick (the predicted states and inputs) lives in the Context. Double only.
+
+    A plan begins at the moment of the tick, to which the samples, `offset` older, are moved on (`Observation.after`).
 
     Ports are those of `PayloadController` and
 
@@ -107,6 +109,9 @@ class PayloadMpc(PayloadController):
         0.2 s finely and the rest in steps twice as long, at some three fifths of the cost of 20 equal ones.
     step : float
         h, the shortest step [s].
+    ticks_per_plan : int
+        How many ticks a plan serves: at the others its first input, which is meant for all of `step`, is held. Two cost half of the
+        time of one and next to no accuracy.
     weights : MpcWeights
     integral_gain : float
         Rate at which a remaining position error moves the reference [1/s]; 0 is off.
@@ -134,6 +139,7 @@ class PayloadMpc(PayloadController):
         *,
         stages: int | Sequence[int] = STAGES,
         step: float = 0.05,
+        ticks_per_plan: int = 2,
         weights: MpcWeights | None = None,
         integral_gain: float = 0.0,
         integral_limit: float = 0.3,
@@ -149,7 +155,10 @@ class PayloadMpc(PayloadController):
             )
         if field_of_view is not None and not 0.0 < field_of_view < np.pi:
             raise InputError(f"field_of_view must be between 0 and pi rad but got {field_of_view}")
+        if not (isinstance(ticks_per_plan, int) and ticks_per_plan > 0):
+            raise InputError(f"an MPC's ticks_per_plan must be a whole number from 1 up but got {ticks_per_plan!r}")
         self.stages, self.step, self.field_of_view = len(units), step, field_of_view
+        self.ticks_per_plan = ticks_per_plan
         self._units = units
         self.observer = observer
         self.weights = weights or MpcWeights()
@@ -181,7 +190,7 @@ class PayloadMpc(PayloadController):
         self._means = np.zeros((len(units), ends[-1]))
         for k, (begin, end) in enumerate(itertools.pairwise(ends)):
             self._means[k, begin:end] = 1.0 / (end - begin)
-        ahead = self.period / step
+        ahead = self.ticks_per_plan * self.period / step
         self._shift_states = shifting(ends.astype(float), ahead)
         self._shift_inputs = shifting(self._means @ np.arange(ends[-1]), ahead)
         self._terminal: dict[float, Array] = {}
@@ -204,6 +213,7 @@ class PayloadMpc(PayloadController):
             model,
             stages=self._units.tolist(),
             step=self.step,
+            ticks_per_plan=self.ticks_per_plan,
             weights=self.weights,
             integral_gain=self.integral_gain,
             integral_limit=self.integral_limit,
@@ -217,20 +227,25 @@ class PayloadMpc(PayloadController):
     def _fly(self, t: float, seen: Observation, reference: Trajectory, thrust: Array, memory: Array) -> Array:
         begin = time.thread_time()
         n, N, h = self._n, self.stages, self.step
+        pushed: Disturbance | None = None
+        if self.observer is not None:
+            pushed = self.observer.step(self.model, memory[self._plan_end :], seen, thrust, self.period)
+        if memory[0]:
+            memory[8] += 1.0
+            if memory[8] < self.ticks_per_plan and all(np.isfinite(field).all() for field in seen):
+                return thrust
         table = reference_table(self.model, reference)
         fine = table.at(t + h * np.arange(self._ends[-1] + 1))
         desired = Reference(*(field[self._ends] for field in fine))
         desired.u[:N] = (self._means @ fine.u[:-1].reshape(-1, 3 * n)).reshape(N, n, 3)
         plan = memory[_HEADER : self._plan_end]
-        pushed: Disturbance | None = None
-        if self.observer is not None:
-            pushed = self.observer.step(self.model, memory[self._plan_end :], seen, thrust, self.period)
+        if pushed is not None:
             desired = disturbed(self.model, reference.yaw, desired, pushed.wrench)
         if memory[0]:
             u = (self._shift_inputs @ plan[: N * 3 * n].reshape(N, -1)).reshape(N, n, 3)
             x = normalized(unpack(self._shift_states @ plan[N * 3 * n :].reshape(N + 1, -1), n))
         # What pushes on a quadrotor acts as thrust does: from here on, thrusts and inputs are the sums of the two.
-        now = self._measured(seen, thrust)
+        now = self._measured(seen.after(self.offset), thrust)
         if pushed is not None:
             now = now._replace(F=now.F + pushed.on_quadrotors)
         if not memory[0]:
@@ -240,7 +255,7 @@ class PayloadMpc(PayloadController):
         for field, measured in zip(x, now):
             field[0] = measured[0]
         if self.integral_gain > 0.0:
-            shifted = memory[5:8] + self.integral_gain * self.period * (desired.p[0] - seen.p)
+            shifted = memory[5:8] + self.integral_gain * self.ticks_per_plan * self.period * (desired.p[0] - seen.p)
             memory[5:8] = np.clip(shifted, -self.integral_limit, self.integral_limit)
             desired = desired._replace(p=desired.p + memory[5:8])
         E = tangent_basis(x.xi)
@@ -252,6 +267,7 @@ class PayloadMpc(PayloadController):
         u += change.reshape(N, n, 3)
         x = retract(x, self._problem.expand(change), E)
         memory[0:5] = 1.0, iterations, active, surprise, np.linalg.norm(change[: 3 * n])
+        memory[8] = 0.0
         plan[: N * 3 * n] = u.ravel()
         plan[N * 3 * n :] = pack(x).ravel()
         self.step_seconds.append(time.thread_time() - begin)
@@ -321,7 +337,7 @@ class PayloadMpc(PayloadController):
         output.SetFromVector(context.get_discrete_state(self._memory_index).value()[1:5])
 
 
-_HEADER = 8  # begun, four diagnostics, integral (3)
+_HEADER = 9  # begun, four diagnostics, integral (3), ticks since the plan was made
 
 
 def thrust_box(model: PayloadModelParameters) -> Array:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_aerial.geometry import cross
+from drake_aerial.geometry import cross, skew
 from drake_aerial.plant.cable_geometry import rotation
 
 Array = NDArray[np.float64]
@@ -46,6 +46,17 @@ class Observation(NamedTuple):
     def w(self) -> Array:
         """Angular velocities (n, 3) of the cables in the world [rad/s]."""
         return cross(self.xi, self.xi_dot)
+
+    def after(self, time: float) -> Observation:
+        """Return what is to be seen `time` [s] later, at constant velocities, for times in which no more happens."""
+        turn = np.eye(3) + time * skew(self.W)
+        xi = self.xi + time * self.xi_dot
+        return self._replace(
+            p=self.p + time * self.v,
+            R=1.5 * (R := self.R @ turn) - 0.5 * R @ R.T @ R,
+            p_WQ=self.p_WQ + time * self.v_WQ,
+            xi=xi / np.sqrt((xi * xi).sum(-1, keepdims=True)),
+        )
 
     def of_quadrotors(self, index: NDArray[np.intp]) -> Observation:
         """Return what is seen with only the quadrotors and cables of `index` (k,)."""

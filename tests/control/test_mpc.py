@@ -171,6 +171,25 @@ def test_an_impossible_horizon_is_refused():
         PayloadMpc(model, stages=[1.5, 1.0])
     with pytest.raises(InputError, match="period"):
         PayloadMpc(model, period=0.0)
+    for wrong in (0, -1, 1.5):
+        with pytest.raises(InputError, match="ticks_per_plan"):
+            PayloadMpc(model, ticks_per_plan=wrong)
+
+
+def test_a_plan_serves_as_many_ticks_as_it_is_told_to():
+    model = PayloadModelParameters(0.25, INERTIA, [[0.0, 0.0, 0.14]])
+    for ticks in (1, 2, 3):
+        controller = PayloadMpc(model, ticks_per_plan=ticks, position_filter=PositionFilter(0.0))
+        x = at_rest(model, HOVER)
+        context = controller.CreateDefaultContext()
+        commanded = []
+        for k in range(7):
+            # Every tick sees something else: a new command is a new plan.
+            fix_inputs(controller, context, model, x._replace(v=np.full((1, 3), 0.02 * (k + 1))), HOVER)
+            commanded.append(tick(controller, context))
+        new = [k for k in range(1, 7) if (commanded[k] != commanded[k - 1]).any()]
+        assert new == list(range(ticks, 7, ticks))
+        assert len(controller.step_seconds) == 1 + len(new)
 
 
 def test_a_state_that_is_no_number_ends_in_hover_thrust_and_is_forgotten():

@@ -39,3 +39,23 @@ def test_rates_and_axes_are_read_in_their_frames():
     np.testing.assert_allclose(seen.xi, [[0, 0, -1]])
     np.testing.assert_allclose(seen.xi_dot, [[0.5, 0, 0]])  # the part along the cable is no rotation
     np.testing.assert_allclose(np.cross(seen.w, seen.xi), seen.xi_dot, atol=1e-15)
+
+
+def test_what_is_seen_later_has_moved_on_along_a_steady_motion():
+    # Payload, quadrotor and cable turn about the same axis at one rate: a rigid motion, known at any time.
+    rate, dt = 1.3, 0.004
+
+    def state(t: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        c, s = np.cos(rate * t), np.sin(rate * t)
+        payload = [np.cos(rate * t / 2), 0, 0, np.sin(rate * t / 2), c, s, 0, 0, 0, rate, -rate * s, rate * c, 0]
+        quadrotor = [1, 0, 0, 0, 2 * c, 2 * s, 1, 0, 0, 0, -2 * rate * s, 2 * rate * c, 0]
+        xi, xi_dot = [-0.6 * c, -0.6 * s, -0.8], [0.6 * rate * s, -0.6 * rate * c, 0]
+        return np.array(payload), np.array(quadrotor), np.array([*xi, *xi_dot])
+
+    later, exact = observe(*state(0.0)).after(dt), observe(*state(dt))
+    # What is left is of second order in the angle turned.
+    bound = (rate * dt) ** 2
+    for name in ("p", "R", "p_WQ", "xi"):
+        np.testing.assert_allclose(getattr(later, name), getattr(exact, name), atol=bound, err_msg=name)
+    np.testing.assert_allclose(later.R @ later.R.T, np.eye(3), atol=bound**2)
+    np.testing.assert_allclose(np.linalg.norm(later.xi, axis=1), 1.0, atol=1e-12)
