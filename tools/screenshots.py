@@ -1,14 +1,16 @@
-"""Photographs each kind of page in Chromium for docs/gallery.md: `tools/run python tools/screenshots.py [DIR]`.
+"""Photographs each kind of page in Chromium for docs/gallery.md: `tools/run python tools/screenshots.py [DIR] [--study STUDY]`.
 
-A desk's screen and a phone's, side by side in one PNG for each page, into docs/images/pages unless a folder is named. The pictures are
-kept with the sources, since not every machine that builds the documents has a browser. Needs the package's `dev` extra
-(Playwright) and a Chromium.
+A desk's screen and a phone's, side by side in one PNG for each page, into docs/images/pages unless a folder is named; the page of a
+study if the folder of one is named. The pictures are kept with the sources, since not every machine that builds the documents has a
+browser. Needs the package's `dev` extra (Playwright) and a Chromium.
 """
 
+import argparse
 import io
 import shutil
 import sys
 import tempfile
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import numpy as np
@@ -41,7 +43,28 @@ def make_pages(folder: Path) -> dict[str, Path]:
     return pages | {"report": folder / "demo" / "report.html"}
 
 
-def photograph(pages: dict[str, Path], folder: Path) -> None:
+def demonstrate(folder: Path) -> AbstractContextManager:
+    """Return the server of a page on which contacts are clicked on a table's top."""
+    import trimesh
+
+    from drake_aerial import PointCloud
+    from drake_aerial.demonstrating.draft import DemonstrationDraft
+    from drake_aerial.demonstrating.server import DemonstrationServer
+
+    table = trimesh.creation.box((0.6, 0.4, 0.3))
+    points = trimesh.sample.sample_surface(table, 20000, seed=0)[0]
+    return DemonstrationServer(DemonstrationDraft(PointCloud.read(points)), folder / "shown.yaml")
+
+
+def click_contacts(page) -> None:
+    """Click two contacts on the page of `demonstrate`."""
+    page.wait_for_function("window.demonstration && window.demonstration.ready")
+    for count, place in enumerate(([0.2, 0.1, 0.15], [-0.2, -0.1, 0.15]), 1):
+        page.mouse.click(*page.evaluate("p => window.demonstration.project(p)", place)[:2])
+        page.wait_for_function("n => document.querySelectorAll('#list li').length === n", arg=count)
+
+
+def photograph(pages: dict[str, Path], folder: Path, work: Path) -> None:
     """Write one PNG a page, the screens side by side."""
     from playwright.sync_api import sync_playwright
 
@@ -49,6 +72,15 @@ def photograph(pages: dict[str, Path], folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=installed, args=FLAGS)
+        shots = []
+        for width, height in SCREENS:
+            with demonstrate(work) as server:
+                page = browser.new_page(viewport={"width": width, "height": height})
+                page.goto(server.url)
+                click_contacts(page)
+                shots.append(page.screenshot())
+                page.close()
+        _write_sheet(folder / "demonstrate.png", shots)
         for name, path in pages.items():
             shots = []
             for width, height in SCREENS:
@@ -83,6 +115,12 @@ def _write_sheet(path: Path, shots: list[bytes]) -> None:
 
 
 if __name__ == "__main__":
-    target = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "docs" / "images" / "pages"
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", nargs="?", type=Path, default=ROOT / "docs" / "images" / "pages", metavar="DIR")
+    parser.add_argument("--study", type=Path, help="the folder of a study, whose report.html is photographed too")
+    arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as work:
-        photograph(make_pages(Path(work)), target)
+        pages = make_pages(Path(work))
+        if arguments.study is not None:
+            pages["study"] = arguments.study / "report.html"
+        photograph(pages, arguments.folder, Path(work))

@@ -12,7 +12,7 @@ h3 { font-size: 1rem; margin-bottom: .3rem; } td, th { vertical-align: top; } td
 td { font-variant-numeric: tabular-nums; white-space: nowrap; } td.l { white-space: normal; } th { line-height: 1.25; } .wide { margin: .6rem 0; }
 .badge { border-radius: 1rem; padding: .05rem .55rem; font-size: .85rem; display: inline-block; }
 .yes { background: #dafbe1; color: #0b5324; } .part { background: #fff4c2; color: #6b4400; } .no { background: #ffe3df; color: #8f1322; }
-.none { background: #eaeef2; color: #424a53; } .bad { color: #8f1322; font-size: .85rem; }
+.none { background: #eaeef2; color: #424a53; white-space: nowrap; } .bad { color: #8f1322; font-size: .85rem; }
 .method { white-space: nowrap; } .method::before { content: ""; display: inline-block; width: .7em; height: .7em; border-radius: 50%;
 margin-right: .35em; background: var(--c); }
 details { border: 1px solid #d0d7de; border-radius: 6px; padding: .4rem .8rem; margin: .6rem 0; } summary { cursor: pointer; font-weight: 600; }

@@ -92,6 +92,8 @@ QUANTITIES = (
     Quantity("tension_max_N", "cable tension, peak", "N", 1.0, 2),
 )
 BY_KEY = {quantity.key: quantity for quantity in QUANTITIES}
+MAIN = "position_rmse_m"
+"""The one by which contacts are judged first."""
 
 
 _OTHER_COLORS = ("#56B4E9", "#E69F00", "#CC79A7", "#B8A500", "#000000")

@@ -10,6 +10,7 @@ from typing import Any
 
 from drake_aerial.errors import InputError
 from drake_aerial.files import write_text
+from drake_aerial.study.condition_section import Figures
 from drake_aerial.study.contacts_gallery import GalleryCell, draw_gallery
 from drake_aerial.study.figure_files import FIGURES
 from drake_aerial.study.flight_claims import claims_inertia
@@ -17,7 +18,7 @@ from drake_aerial.study.offset_figure import draw_offsets
 from drake_aerial.study.panels import draw_panels
 from drake_aerial.study.quantities import BY_KEY, METHOD_ORDER, position
 from drake_aerial.study.records import read_records
-from drake_aerial.study.report_page import Figures, write_page
+from drake_aerial.study.report_page import write_page
 from drake_aerial.study.statistics import Record, by_solution, flown, value_of
 from drake_aerial.study.study_files import StudyFiles
 from drake_aerial.study.summary import StudyNumbers, summarize_study

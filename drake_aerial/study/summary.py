@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +13,7 @@ from drake_aerial.study.claims import BASELINE, OURS, Claim, paper_conditions
 from drake_aerial.study.contact_claims import feature_rich_claim, local_minima_claim, places_claim, top_view_claim
 from drake_aerial.study.flight_claims import flight_claims
 from drake_aerial.study.own_likelihood import OwnLikelihood, own_likelihood
+from drake_aerial.study.quantities import BELIEF_ORDER, METHOD_ORDER, position
 from drake_aerial.study.saliency import SalientSurface
 from drake_aerial.study.statistics import (
     FORMULAS,
@@ -74,6 +75,17 @@ class StudyNumbers:
     comparisons: list[dict[str, Any]]
     claims: list[Claim]
     complaints: tuple[str, ...]
+
+    @property
+    def beliefs(self) -> list[str]:
+        """All that were flown, in the report's order."""
+        return sorted({group.belief for group in self.groups}, key=lambda belief: position(BELIEF_ORDER, belief))
+
+    def methods(self, conditions: Iterable[str] | None = None) -> list[str]:
+        """Return the methods with records in some conditions, or in any, in the report's order."""
+        wanted = set(self.conditions if conditions is None else conditions)
+        found = {group.method for group in self.groups if group.condition in wanted}
+        return sorted(found, key=lambda method: position(METHOD_ORDER, method))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the content of summary.json: SI units, no dates, no timing."""
