@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -134,7 +135,7 @@ def read_controller(name_or_path: str | Path) -> ControllerParameters:
 
     if str(name_or_path) in CONTROLLERS:
         return CONTROLLERS[str(name_or_path)]
-    if not Path(name_or_path).is_file():
+    if not os.path.isfile(name_or_path):
         said = f"no controller {str(name_or_path)!r}{nearest(name_or_path, CONTROLLERS)}"
         raise InputError(f"{said}: give a YAML file or one of {', '.join(CONTROLLERS)}")
     return read_parameters("controller", name_or_path)
@@ -176,7 +177,7 @@ def read_station(
         return parameters
     if str(cable) in KINDS:
         return parameters.with_cable_kind(str(cable))
-    if not Path(cable).is_file():
+    if not os.path.isfile(cable):
         raise InputError(
             f"no cable {str(cable)!r}{nearest(cable, KINDS)}: give a YAML file or one of {', '.join(KINDS)}"
         )

@@ -28,7 +28,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
     path = Path(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        if path.is_dir():
+        if os.path.isdir(path):
             raise InputError(f"{path} is a folder; give the name of a file to write")
         # The suffix is kept, since some writers choose their format by it.
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=f".{path.name}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from drake_aerial.errors import InputError
@@ -38,10 +39,10 @@ def find(kind: str, name_or_path: str | Path) -> Path:
         If neither exists; the message lists the names that do.
     """
     path = Path(name_or_path)
-    if path.is_file():
+    if os.path.isfile(path):
         return path
     shipped = models_dir() / kind / f"{name_or_path}.yaml"
-    if path.name == str(name_or_path) and shipped.is_file():
+    if path.name == str(name_or_path) and os.path.isfile(shipped):
         return shipped
     singular = {"studies": "study"}.get(kind, kind.removesuffix("s"))
     raise InputError(f"no {singular} {str(name_or_path)!r}: give a YAML file or one of {', '.join(names(kind))}")

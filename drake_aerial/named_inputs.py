@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -34,9 +35,9 @@ def read_skill(name_or_path: str | Path, *, seed: int = 0) -> ContactSkill:
     from drake_aerial.learning.skill import ContactSkill
 
     path = Path(name_or_path)
-    if path.suffix in (".yaml", ".yml") or (not path.suffix and not path.exists()):
+    if path.suffix in (".yaml", ".yml") or (not path.suffix and not os.path.exists(path)):
         return learn(Demonstration.read(name_or_path), seed=seed)
-    if not path.is_file():
+    if not os.path.isfile(path):
         shipped = ", ".join(model_files.names("demonstrations"))
         raise InputError(f"no skill {str(name_or_path)!r}: give a skill .npz, or one of {shipped}")
     return ContactSkill.load(path)
@@ -76,13 +77,13 @@ def read_scan(
 
     path = Path(name_or_path)
     names = model_files.names("payloads")
-    if not path.exists() and not path.suffix and str(name_or_path) in names:
+    if not os.path.exists(path) and not path.suffix and str(name_or_path) in names:
         from drake_aerial.geometry import transform
         from drake_aerial.plant.payload import Payload
 
         payload = Payload.read(name_or_path)
         mesh = trimesh.Trimesh(transform(payload.X_SP, payload.vertices), payload.faces, process=False)
         return PointCloud.read(mesh, viewpoint=viewpoint, up=up)
-    if not path.exists() and not path.suffix:
+    if not os.path.exists(path) and not path.suffix:
         raise InputError(f"no scan {str(name_or_path)!r}: give a file, or one of the payloads {', '.join(names)}")
     return PointCloud.read(path, viewpoint=viewpoint, up=up)

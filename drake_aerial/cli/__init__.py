@@ -54,4 +54,6 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _one_line(error: Exception) -> str:
-    return " ".join(str(error).split())
+    """Return an error's message without line breaks and control characters, cut short in the middle where it is endless."""
+    text = "".join(c if c.isprintable() else " " for c in " ".join(str(error).split()))
+    return text if len(text) <= 1000 else f"{text[:600]} ... {text[-300:]}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -37,7 +38,7 @@ def read_trajectory(name_or_file: str | Path | Trajectory) -> Trajectory:
     if str(name_or_file) in TRAJECTORIES:
         return TRAJECTORIES[str(name_or_file)]()
     path = Path(name_or_file)
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise InputError(f"no trajectory {str(name_or_file)!r}: give a YAML file or one of {', '.join(TRAJECTORIES)}")
     content = read_mapping(path)
     try:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-import zipfile
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from drake_aerial import model_files
+from drake_aerial.archives import load_archive
 from drake_aerial.drawing.pages import write_picture_page
 from drake_aerial.drawing.picture import RED, Color, Picture
 from drake_aerial.drawing.pictures import (
@@ -100,13 +101,13 @@ def write_view(path: str | Path, out: str | Path, *, skill: ContactSkill | None 
 def is_trial(path: str | Path) -> bool:
     """Return whether a path is a trial.npz or a trial's folder."""
     path = Path(path)
-    return path.is_dir() or _schema(path) == "drake_aerial/trial"
+    return os.path.isdir(path) or _schema(path) == "drake_aerial/trial"
 
 
 def view_of(path: str | Path, *, skill: ContactSkill | None = None) -> View:
     """Return what is to be shown of a cloud, a skill or contacts; parameters and errors as of `write_view`."""
     path = Path(path)
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise InputError(f"no file {path}: give a cloud, a skill .npz, a contacts.json or a trial.npz")
     if path.suffix == ".json":
         from drake_aerial.transferring.solutions import ContactSolutions
@@ -214,7 +215,7 @@ def cloud_of(solutions: ContactSolutions, folder: Path) -> PointCloud:
         raise InputError("the contacts were found on a cloud without a file; view them when they are made (--html)")
     candidates: Sequence[str | Path] = (given, folder / given, folder / Path(given).name)
     for candidate in candidates:
-        if Path(candidate).is_file():
+        if os.path.isfile(candidate):
             cloud = PointCloud.read(
                 candidate, viewpoint=solutions.cloud.get("viewpoint"), up=solutions.cloud.get("up", (0.0, 0.0, 1.0))
             )
@@ -226,15 +227,15 @@ def cloud_of(solutions: ContactSolutions, folder: Path) -> PointCloud:
 
 def _schema(path: Path) -> str | None:
     """Return the schema that an .npz of ours names, or None."""
-    if path.suffix != ".npz" or not path.is_file():
+    if path.suffix != ".npz" or not os.path.isfile(path):
         return None
     try:
-        with np.load(path, allow_pickle=False) as archive:
-            if "schema" in archive.files:
-                return str(archive["schema"])
-            # A trial keeps its schema inside its metrics document.
-            return str(json.loads(str(archive["metrics"]))["schema"]) if "metrics" in archive.files else None
-    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile):
+        arrays = load_archive(path, "an archive")
+        if "schema" in arrays:
+            return str(arrays["schema"])
+        # A trial keeps its schema inside its metrics document.
+        return str(json.loads(str(arrays["metrics"]))["schema"]) if "metrics" in arrays else None
+    except (InputError, ValueError, TypeError, KeyError, RecursionError):
         return None
 
 

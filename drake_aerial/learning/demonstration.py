@@ -14,7 +14,7 @@ from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, Pose, perpendicular, quat_from_xz, quat_normalize
 from drake_aerial.learning.demonstration_cloud import read_cloud
 from drake_aerial.perception.point_cloud import PointCloud
-from drake_aerial.strict_yaml import check_keys, number, numbers, read_mapping
+from drake_aerial.strict_yaml import check_keys, number, numbers, read_mapping, shown
 
 CABLE_LENGTH = 0.5
 """Cable length where a demonstration names none [m]: the paper's."""
@@ -135,7 +135,7 @@ class Demonstration:
         cloud = read_cloud(values["cloud"], path)
         entries = values["grippers"]
         if not isinstance(entries, list) or not entries:
-            raise InputError(f"{where}: grippers should be a list with at least one entry, got {entries!r}")
+            raise InputError(f"{where}: grippers should be a list with at least one entry, got {shown(entries)}")
         grippers = [_gripper(entry, f"{where}: gripper {n + 1}", cloud.up) for n, entry in enumerate(entries)]
         name = str(values.get("name", path.stem))
         demonstration = cls.make(

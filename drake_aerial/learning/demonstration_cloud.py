@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 from drake_aerial import model_files
 from drake_aerial.errors import InputError
 from drake_aerial.perception.point_cloud import PointCloud
-from drake_aerial.strict_yaml import check_keys, number, numbers
+from drake_aerial.strict_yaml import check_keys, number, numbers, shown
 
 _SOURCES = ("file", "mesh", "box")
 _VIEWS = ("full", "top", "partial")
@@ -45,7 +46,7 @@ def read_cloud(values: Any, path: Path) -> PointCloud:
     rng = np.random.default_rng(int(number(values.get("seed", 0), f"{where}: seed")))
     view = values.get("view", "full")
     if view not in _VIEWS:
-        raise InputError(f"{where}: view should be one of {', '.join(_VIEWS)}, got {view!r}")
+        raise InputError(f"{where}: view should be one of {', '.join(_VIEWS)}, got {shown(view)}")
 
     if given == ["file"]:
         if view != "full" or "scale" in values:
@@ -86,7 +87,7 @@ def _mesh(values: dict[str, Any], source: str, where: str, path: Path) -> Any:
 
 def _mesh_file(name: str, where: str, path: Path) -> Path:
     beside = path.parent / name
-    if beside.is_file():
+    if os.path.isfile(beside):
         return beside
     folder = model_files.models_dir() / "meshes"
     shipped = {file.stem: file for file in sorted(folder.glob("*")) if file.suffix in (".obj", ".ply", ".stl")}

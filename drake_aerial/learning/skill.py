@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import io
 import json
-import zipfile
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from drake_aerial.archives import load_archive
 from drake_aerial.errors import InputError
 from drake_aerial.files import write_bytes
 from drake_aerial.geometry import Array, Pose
@@ -155,7 +156,7 @@ class ContactSkill:
             raise InputError(f"{path} is a skill of version {version}; this program reads version {VERSION}")
         try:
             return cls._from_arrays(arrays)
-        except (KeyError, TypeError, ValueError) as error:
+        except (KeyError, TypeError, ValueError, IndexError, AttributeError, OverflowError, RecursionError) as error:
             raise InputError(f"{path} is an incomplete or damaged skill: {error}") from error
 
     @classmethod
@@ -199,13 +200,6 @@ class ContactSkill:
 
 
 def _read(path: Path) -> dict[str, np.ndarray]:
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise InputError(f"no skill file {path}; `drake-aerial learn` writes one")
-    try:
-        archive = np.load(path, allow_pickle=False)
-        if isinstance(archive, np.ndarray):
-            raise ValueError("it holds one bare array")
-        with archive:
-            return {name: archive[name] for name in archive.files}
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
-        raise InputError(f"{path} is not a skill (.npz archive without pickled objects): {error}") from error
+    return load_archive(path, "a skill")

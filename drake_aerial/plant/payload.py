@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -193,7 +194,8 @@ class Payload:
             assert solid is not None
             inertia = solid.inertia(mass)
         X_SP = geometry.identity() if X_SP is None else X_SP
-        return cls(name, float(mass), np.asarray(com), np.asarray(inertia), vertices, faces, X_SP)
+        # Checked, and made arrays, in the constructor.
+        return cls(name, float(mass), cast(Array, com), cast(Array, inertia), vertices, faces, X_SP)
 
     def with_pose(self, X_SP: Pose) -> Payload:
         """Return the same payload with P elsewhere in the scan's frame."""
@@ -254,7 +256,11 @@ def _solid(vertices: Array, faces: Array, name: str) -> SolidProperties:
 def _mesh_path(uri: str, beside: Path) -> Path:
     prefix = "package://drake_aerial/"
     if uri.startswith(prefix):
-        return model_files.models_dir() / uri.removeprefix(prefix)
+        models = model_files.models_dir().resolve()
+        found = Path(os.path.normpath(models / uri.removeprefix(prefix)))
+        if not found.is_relative_to(models):
+            raise InputError(f"{beside}: mesh: {uri} leads out of the package's models")
+        return found
     return beside.parent / uri
 
 
@@ -262,7 +268,7 @@ def _pose(value: Any, path: Path) -> Pose:
     if value is None:
         return geometry.identity()
     if not isinstance(value, dict):
-        raise InputError(f"{path}: pose is {value!r}; position and quaternion_wxyz accepted")
+        raise InputError(f"{path}: pose is {strict_yaml.shown(value)}; position and quaternion_wxyz accepted")
     strict_yaml.check_keys(value, f"{path}: pose", optional=("position", "quaternion_wxyz"))
     p = strict_yaml.numbers(value.get("position", [0, 0, 0]), (3,), f"{path}: pose: position")
     q = strict_yaml.numbers(value.get("quaternion_wxyz", [1, 0, 0, 0]), (4,), f"{path}: pose: quaternion_wxyz")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -44,7 +45,7 @@ def read(mesh: Any) -> tuple[Array, Array, str]:
 def _load(path: Path) -> Any:
     import trimesh
 
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise InputError(f"no mesh file {path}")
     try:
         return trimesh.load(path, force="mesh")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,7 +17,7 @@ from drake_aerial.control.trajectory_files import read_trajectory, trajectory_fr
 from drake_aerial.errors import InputError
 from drake_aerial.plant.cable import KINDS as CABLES
 from drake_aerial.plant.payload import TABLE_INERTIA, Payload
-from drake_aerial.strict_yaml import check_keys, nearest, number, numbers
+from drake_aerial.strict_yaml import check_keys, nearest, number, numbers, shown
 from drake_aerial.transport.flight_options import CONTROLLERS
 
 VIEWS = ("full", "top", "partial")
@@ -193,16 +194,16 @@ class Condition:
 
 def _one_of(value: str, accepted: tuple[str, ...], what: str) -> None:
     if value not in accepted:
-        raise InputError(f"{what} is {value!r}{nearest(value, accepted)}; accepted: {', '.join(accepted)}")
+        raise InputError(f"{what} is {shown(value)}{nearest(value, accepted)}; accepted: {', '.join(accepted)}")
 
 
 def _file(value: Any, kind: str, folder: Path | None) -> str:
     """Return a shipped name as it is, and a file as an absolute path."""
     name = str(value)
-    if folder is not None and (folder / name).is_file():
+    if folder is not None and os.path.isfile(folder / name):
         return str((folder / name).resolve())
     found = model_files.find(kind, name)
-    return str(found.resolve()) if Path(name).is_file() else name
+    return str(found.resolve()) if os.path.isfile(name) else name
 
 
 def _trajectory(value: Any, where: str, folder: Path | None) -> Trajectory:
@@ -212,20 +213,20 @@ def _trajectory(value: Any, where: str, folder: Path | None) -> Trajectory:
         beside = None if folder is None else folder / str(value)
         # "circle" is what one flies; the trajectory that does so is called after its task.
         name = "transport" if value == "circle" else str(value)
-        return read_trajectory(beside if beside is not None and beside.is_file() else name)
+        return read_trajectory(beside if beside is not None and os.path.isfile(beside) else name)
     except InputError as error:
         raise InputError(f"{where}: {error}") from error
 
 
 def _contacts(values: Any, where: str) -> tuple[tuple[str, Sites], ...]:
     if not isinstance(values, dict) or not values:
-        raise InputError(f"{where} should map labels to lists of positions [x, y, z], got {values!r}")
+        raise InputError(f"{where} should map labels to lists of positions [x, y, z], got {shown(values)}")
     given = []
     for label, sites in values.items():
         if not str(label).replace("_", "").isalnum():
             raise InputError(f"{where}: label {label!r}; letters, digits and underscores accepted")
         if not isinstance(sites, list) or not sites:
-            raise InputError(f"{where}: {label} should be a list of positions [x, y, z], got {sites!r}")
+            raise InputError(f"{where}: {label} should be a list of positions [x, y, z], got {shown(sites)}")
         points = [numbers(site, (3,), f"{where}: {label}") for site in sites]
         given.append((str(label), tuple((float(x), float(y), float(z)) for x, y, z in points)))
     return tuple(given)

@@ -10,7 +10,7 @@ from typing import Any
 import drake_aerial
 from drake_aerial import model_files
 from drake_aerial.errors import InputError
-from drake_aerial.strict_yaml import check_keys, nearest, number, read_mapping
+from drake_aerial.strict_yaml import check_keys, nearest, number, read_mapping, shown
 from drake_aerial.study.conditions import DEFAULTABLE, INERTIAS, Condition
 from drake_aerial.transferring.parameters import METHODS
 from drake_aerial.transport.beliefs import BELIEFS
@@ -121,7 +121,7 @@ class StudyPlan:
         seed = int(number(values.get("seed", 0), f"{path}: seed"))
         infeasible = values.get("fly_infeasible", False)
         if not isinstance(infeasible, bool):
-            raise InputError(f"{path}: fly_infeasible is {infeasible!r}; true or false accepted")
+            raise InputError(f"{path}: fly_infeasible is {shown(infeasible)}; true or false accepted")
         return cls(
             name=str(values.get("name", path.stem)),
             conditions=tuple(conditions),
@@ -263,7 +263,7 @@ def _flights(values: Any, where: str, conditions: list[Condition]) -> Flights:
             continue
         names = values[key]
         if not isinstance(names, list) or (not names and key != "methods"):
-            raise InputError(f"{where}: {key} should be a list of names, got {names!r}")
+            raise InputError(f"{where}: {key} should be a list of names, got {shown(names)}")
         # YAML takes the belief `true` for a truth value.
         names = ["true" if name is True else str(name) for name in names]
         for name in names:
@@ -276,7 +276,7 @@ def _flights(values: Any, where: str, conditions: list[Condition]) -> Flights:
         if key in values:
             count = number(values[key], f"{where}: {key}")
             if count != int(count) or count < 1:
-                raise InputError(f"{where}: {key} is {values[key]!r}; a whole number from 1 is accepted")
+                raise InputError(f"{where}: {key} is {shown(values[key])}; a whole number from 1 is accepted")
             given[key] = int(count)
     if not given["methods"] and any(name in transferred for name in given["conditions"]):
         raise InputError(f"{where}: methods are missing; accepted: {', '.join(METHODS)}")
@@ -285,7 +285,7 @@ def _flights(values: Any, where: str, conditions: list[Condition]) -> Flights:
 
 def _entries(value: Any, where: str) -> list[dict[str, Any]]:
     if not isinstance(value, list) or not all(isinstance(entry, dict) for entry in value):
-        raise InputError(f"{where} should be a list of mappings, got {value!r}"[:300])
+        raise InputError(f"{where} should be a list of mappings, got {shown(value)}")
     return value
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -89,7 +90,7 @@ def write_report(folder: str | Path, *, progress: Progress | None = None) -> Rep
     """
     tell = progress or (lambda fraction, what: None)
     folder = Path(folder)
-    if not folder.is_dir():
+    if not os.path.isdir(folder):
         raise InputError(f"{folder} is no folder; give the folder of a study, with its records.jsonl")
     records, complaints = read_records(folder)
     if not records:

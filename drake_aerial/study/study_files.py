@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import yaml
 
+from drake_aerial.archives import load_archive
 from drake_aerial.errors import InputError
 
 if TYPE_CHECKING:
@@ -96,16 +96,15 @@ class StudyFiles:
         from drake_aerial.perception.point_cloud import PointCloud
 
         path = self.folder / "scans" / f"{condition}.npz"
+        if not path.exists():
+            return None
         try:
-            with np.load(path, allow_pickle=False) as data:
-                points = data["points"]
-                viewpoint = data["viewpoint"] if "viewpoint" in data.files else None
+            data = load_archive(path, "a scan")
+            points, viewpoint = data["points"], data.get("viewpoint")
             if viewpoint is not None and (np.size(viewpoint) != 3 or not np.isfinite(viewpoint).all()):
                 viewpoint = None
             return PointCloud.read(np.asarray(points, float), viewpoint=viewpoint)
-        except FileNotFoundError:
-            return None
-        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, InputError) as error:
+        except (TypeError, ValueError, KeyError, AttributeError, IndexError) as error:
             self._complain(f"scans/{path.name} cannot be read: {type(error).__name__}")
             return None
 

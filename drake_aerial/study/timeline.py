@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from drake_aerial.archives import load_archive
 from drake_aerial.geometry import Array
 from drake_aerial.study.statistics import Record, by_solution, flown
 
@@ -100,9 +100,9 @@ def read_timeline(
 
 def _read(path: Path) -> dict[str, Array] | None:
     try:
-        with np.load(path, allow_pickle=False) as data:
-            series = {name: np.asarray(data[name], float) for name in ("time", "phase", *PANELS)}
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        data = load_archive(path, "a flight's series")
+        series = {name: np.asarray(data[name], float) for name in ("time", "phase", *PANELS)}
+    except (TypeError, ValueError, KeyError, IndexError):
         return None
     for name in ("thrust", "moment"):
         # A flight's quadrotors count alike; a moment by its length.

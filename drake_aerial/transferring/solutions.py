@@ -12,6 +12,7 @@ import numpy as np
 from drake_aerial.errors import InputError
 from drake_aerial.files import write_text
 from drake_aerial.geometry import Array, Pose
+from drake_aerial.strict_yaml import shown
 from drake_aerial.transferring.parameters import TransferParameters
 from drake_aerial.typed_yaml.reading import record_from_mapping
 from drake_aerial.typed_yaml.writing import record_to_mapping
@@ -182,13 +183,15 @@ class ContactSolutions:
             values = json.loads(Path(path).read_text(encoding="utf-8"))
         except OSError as error:
             raise InputError(f"cannot read contacts from {path}: {error.strerror or error}") from error
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise InputError(f"{path} is not JSON: {error}") from error
         schema = values.get("schema") if isinstance(values, dict) else None
         if schema != SCHEMA:
-            raise InputError(f"{path} has the schema {schema!r}; contacts have {SCHEMA!r}")
+            raise InputError(f"{path} has the schema {shown(schema)}; contacts have {SCHEMA!r}")
         if values.get("version") != VERSION:
-            raise InputError(f"{path} has contacts of version {values.get('version')!r}; this program reads {VERSION}")
+            raise InputError(
+                f"{path} has contacts of version {shown(values.get('version'))}; this program reads {VERSION}"
+            )
         given = values.get("parameters")
         try:
             return cls(
@@ -204,7 +207,7 @@ class ContactSolutions:
             )
         except InputError:
             raise
-        except (KeyError, TypeError, ValueError) as error:
+        except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
             raise InputError(f"{path} has incomplete or damaged contacts: {error}") from error
 
 

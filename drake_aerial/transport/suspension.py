@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -145,7 +146,7 @@ def read_scan(cloud: dict[str, Any], beside: Path | None, *, needed: bool) -> Po
 
     path = cloud.get("path")
     candidates = [] if not path else [Path(path)] + ([] if beside is None else [beside / path])
-    found = next((candidate for candidate in candidates if candidate.is_file()), None)
+    found = next((candidate for candidate in candidates if os.path.isfile(candidate)), None)
     if found is None:
         if needed:
             where = (

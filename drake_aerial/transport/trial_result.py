@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import json
-import zipfile
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from drake_aerial.archives import load_archive
 from drake_aerial.errors import InputError
 from drake_aerial.files import replacing, write_text
 from drake_aerial.geometry import Array
+from drake_aerial.strict_yaml import shown
 
 SCHEMA = "drake_aerial/trial"
 VERSION = 1
@@ -97,19 +99,19 @@ class TrialResult:
             If it is missing, damaged, or of another schema or version.
         """
         path = Path(path)
-        path = path / SERIES_FILE if path.is_dir() else path
+        path = path / SERIES_FILE if os.path.isdir(path) else path
+        data = load_archive(path, "a trial")
         try:
-            with np.load(path, allow_pickle=False) as data:
-                metrics = json.loads(str(data["metrics"]))
-                found = (metrics.get("schema"), metrics.get("version"))
-                if found != (SCHEMA, VERSION):
-                    raise InputError(f"{path} has schema and version {found}; ({SCHEMA!r}, {VERSION}) accepted")
-                names = tuple(str(name) for name in data["phase_names"])
-                series = {k.removeprefix("series/"): data[k] for k in data.files if k.startswith("series/")}
-                fixed = {k: data[k] for k in ("vertices", "faces", "p_LC", "cable_length")}
+            metrics = json.loads(str(data["metrics"]))
+            found = (metrics.get("schema"), metrics.get("version"))
+            if found != (SCHEMA, VERSION):
+                raise InputError(f"{path} has schema and version {shown(found)}; ({SCHEMA!r}, {VERSION}) accepted")
+            names = tuple(str(name) for name in data["phase_names"])
+            series = {k.removeprefix("series/"): v for k, v in data.items() if k.startswith("series/")}
+            fixed = {k: data[k] for k in ("vertices", "faces", "p_LC", "cable_length")}
         except InputError:
             raise
-        except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
+        except (KeyError, TypeError, ValueError, AttributeError, RecursionError) as error:
             raise InputError(f"cannot read a trial from {path}: {error}") from error
         return cls(metrics, series, names, **fixed)
 

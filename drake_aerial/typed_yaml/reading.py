@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 import numpy as np
 
 from drake_aerial.errors import InputError
-from drake_aerial.strict_yaml import check_keys, nearest, read_mapping
+from drake_aerial.strict_yaml import check_keys, nearest, read_mapping, shown
 from drake_aerial.typed_yaml.record_fields import MISSING, Unbounded, is_record, record_fields
 
 Record = TypeVar("Record")
@@ -71,7 +71,7 @@ def _value(kind: Any, given: Any, where: str, folder: Path | None) -> Any:
     if origin is Literal:
         if given not in get_args(kind):
             names = [str(choice) for choice in get_args(kind)]
-            raise InputError(f"{where} should be {' or '.join(names)}, got {given!r}{nearest(given, names)}")
+            raise InputError(f"{where} should be {' or '.join(names)}, got {shown(given)}{nearest(given, names)}")
         return given
     if origin is tuple or origin is Sequence:
         return _several(kind, given, where, folder)
@@ -79,11 +79,11 @@ def _value(kind: Any, given: Any, where: str, folder: Path | None) -> Any:
         return _number(given, where)
     if kind is int:
         if not isinstance(given, int) or isinstance(given, bool):
-            raise InputError(f"{where} should be a whole number, got {given!r}")
+            raise InputError(f"{where} should be a whole number, got {shown(given)}")
         return given
     if kind in (bool, str):
         if not isinstance(given, kind):
-            raise InputError(f"{where} should be {'true or false' if kind is bool else 'a text'}, got {given!r}")
+            raise InputError(f"{where} should be {'true or false' if kind is bool else 'a text'}, got {shown(given)}")
         return given
     raise TypeError(f"{where}: records of YAML files hold no {kind}")
 
@@ -122,7 +122,7 @@ def _of_kind(records: list[type], given: Any, where: str) -> type:
     kinds = {name: cls for cls in records for f in record_fields(cls) if f.name == "kind" for name in get_args(f.kind)}
     kind = given.get("kind") if isinstance(given, dict) else None
     if not isinstance(kind, str) or kind not in kinds:
-        said = f"got the kind {kind!r}{nearest(kind, kinds)}" if kind is not None else f"got {given!r}"
+        said = f"got the kind {shown(kind)}{nearest(kind, kinds)}" if kind is not None else f"got {shown(given)}"
         raise InputError(f"{where} should be a mapping with a kind, one of {', '.join(kinds)}; {said}")
     return kinds[kind]
 
@@ -133,10 +133,10 @@ def _several(kind: Any, given: Any, where: str, folder: Path | None) -> tuple[An
         kinds = (*kinds, ...)
     if len(kinds) == 2 and kinds[1] is ...:
         if not isinstance(given, (list, tuple)) or not given:
-            raise InputError(f"{where} should be a list, got {given!r}")
+            raise InputError(f"{where} should be a list, got {shown(given)}")
         kinds = (kinds[0],) * len(given)
     elif not isinstance(given, (list, tuple)) or len(given) != len(kinds):
-        raise InputError(f"{where} should be a list of {len(kinds)}, got {given!r}")
+        raise InputError(f"{where} should be a list of {len(kinds)}, got {shown(given)}")
     entries = enumerate(zip(kinds, given, strict=True), start=1)
     return tuple(_value(kind, entry, f"{where}, entry {i}", folder) for i, (kind, entry) in entries)
 
@@ -148,5 +148,5 @@ def _number(given: Any, where: str, infinite: bool = False) -> float:
     except (TypeError, ValueError, OverflowError):
         value = np.nan
     if np.isnan(value) or (np.isinf(value) and not infinite):
-        raise InputError(f"{where} should be a {'' if infinite else 'finite '}number, got {given!r}")
+        raise InputError(f"{where} should be a {'' if infinite else 'finite '}number, got {shown(given)}")
     return value

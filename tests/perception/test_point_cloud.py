@@ -5,6 +5,7 @@ import open3d as o3d
 import pytest
 import trimesh
 
+from drake_aerial import archives
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Pose, random_rotation, rotate, transform
 from drake_aerial.perception.point_cloud import PointCloud
@@ -270,7 +271,7 @@ def test_unreadable_file(tmp_path, monkeypatch):
     def refuse(*_, **__):
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(np, "load", refuse)
+    monkeypatch.setattr(archives, "open", refuse, raising=False)
     with pytest.raises(InputError, match=r"cannot read .*scan.npy: Permission denied"):
         PointCloud.read(path)
 
