@@ -15,6 +15,7 @@ from collections.abc import Sequence
 
 from drake_aerial import __version__
 from drake_aerial.cli import defaults, demo, demonstrate, fly, learn, report, study, transfer, view
+from drake_aerial.cli.interrupts import interruptible
 from drake_aerial.errors import InputError, JobError
 
 # In the order in which the help names them.
@@ -25,7 +26,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one verb and return the exit code."""
     arguments = _parser().parse_args(argv)
     try:
-        return arguments.run(arguments)
+        with interruptible():
+            return arguments.run(arguments)
     except InputError as error:
         print(f"drake-aerial {arguments.verb}: {_one_line(error)}", file=sys.stderr)
         return 2
@@ -39,6 +41,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         # The reader of our stdout left; Python would complain once more when it flushes.
         sys.stderr.close()
         return 1
+    except OSError as error:
+        # The machine's, not the package's: a full disk, no permission, too many open files.
+        where = f" {error.filename}" if error.filename else ""
+        print(f"drake-aerial {arguments.verb}: {_one_line(error.strerror or error)}{where}", file=sys.stderr)
+        return 2
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -53,7 +60,7 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _one_line(error: Exception) -> str:
+def _one_line(error: object) -> str:
     """Return an error's message without line breaks and control characters, cut short in the middle where it is endless."""
     text = "".join(c if c.isprintable() else " " for c in " ".join(str(error).split()))
     return text if len(text) <= 1000 else f"{text[:600]} ... {text[-300:]}"
