@@ -58,6 +58,18 @@ class PointCloud:
     sha256: str
     dropped_points: int
 
+    def to_record(self) -> dict[str, Any]:
+        """Return what files of results keep of the cloud: where it is from and how to know it again; lengths in metres."""
+        return {
+            "path": self.path,
+            "sha256": self.sha256,
+            "points": len(self),
+            "dropped_points": self.dropped_points,
+            "centroid": self.centroid.tolist(),
+            "up": self.up.tolist(),
+            "viewpoint": None if self.viewpoint is None else self.viewpoint.tolist(),
+        }
+
     @classmethod
     def read(
         cls,

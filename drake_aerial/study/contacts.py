@@ -7,7 +7,6 @@ import time
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -220,16 +219,8 @@ def _given(task: ContactTask) -> ContactSolutions:
     level = np.tile([1.0, 0.0, 0.0, 0.0], (len(p), 1))
     cloud = seen(task.condition, task.seed)
     solution = Solution(1, 0.0, True, (), Pose(p, _upright(z)), z, Pose(above, level))
-    described: dict[str, Any] = {
-        "path": cloud.path,
-        "sha256": cloud.sha256,
-        "points": len(cloud),
-        "dropped_points": cloud.dropped_points,
-        "centroid": cloud.centroid.tolist(),
-        "up": cloud.up.tolist(),
-    }
     timing = {"features_s": 0.0, "query_s": 0.0, "optimise_s": 0.0}
-    return ContactSolutions(task.method, task.seed, "given", described, timing, (solution,))
+    return ContactSolutions(task.method, task.seed, "given", cloud.to_record(), timing, (solution,))
 
 
 def _upright(z: Array) -> Array:
