@@ -17,6 +17,10 @@ from drake_aerial.errors import InputError
 Array = NDArray[np.float64]
 
 
+PERIOD = 0.02
+"""Of the ticks, by default [s]."""
+
+
 class PayloadController(LeafSystem):
     """Base of the controllers: ports, the filter of the payload's position, take-off, and the tick.
 
@@ -53,7 +57,7 @@ class PayloadController(LeafSystem):
         self,
         model: PayloadModelParameters,
         *,
-        period: float = 0.02,
+        period: float = PERIOD,
         offset: float = 0.002,
         take_off: TakeOff | None = None,
         position_filter: PositionFilter | None = None,

@@ -8,7 +8,8 @@ from typing import Any, Literal, TypeAlias
 
 from drake_aerial.control.disturbance import DisturbanceObserver
 from drake_aerial.control.geometric import GeometricGains
-from drake_aerial.control.mpc import STAGES, MpcWeights
+from drake_aerial.control.horizon import STAGES
+from drake_aerial.control.mpc import MpcWeights
 from drake_aerial.control.observation import PositionFilter
 from drake_aerial.control.take_off import TakeOff
 

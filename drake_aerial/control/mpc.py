@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import time
 from collections import deque
 from collections.abc import Sequence
@@ -16,10 +15,11 @@ from pydrake.systems.framework import BasicVector, Context
 from scipy.linalg import lapack
 
 from drake_aerial.control.condensing import CondensedProblem
-from drake_aerial.control.controller import PayloadController
+from drake_aerial.control.controller import PERIOD, PayloadController
 from drake_aerial.control.disturbance import Disturbance, DisturbanceObserver
 from drake_aerial.control.field_of_view import view_penalty, view_violation
 from drake_aerial.control.flatness import Reference, ReferenceTable, disturbed, reference_table
+from drake_aerial.control.horizon import STAGES, Horizon, normalized, pack, unpack
 from drake_aerial.control.observation import Observation
 from drake_aerial.control.payload_linearization import change_chart, discretize, linearize, repeated
 from drake_aerial.control.payload_model import PayloadState, retract, tangent_basis
@@ -30,9 +30,6 @@ from drake_aerial.errors import InputError
 from drake_aerial.geometry import cross
 
 Array = NDArray[np.float64]
-
-STAGES = (1,) * 4 + (2,) * 8
-"""The default horizon's steps, in units of the shortest."""
 
 
 @dataclass(frozen=True)
@@ -147,19 +144,13 @@ class PayloadMpc(PayloadController):
         observer: DisturbanceObserver | None = None,
         **keywords: Any,
     ):
-        units = np.ones(stages, int) if isinstance(stages, int) and stages > 0 else np.array(stages)
-        whole = units.ndim == 1 and len(units) > 1 and units.dtype.kind == "i" and (units > 0).all()
-        if not whole or not step > 0.0:
-            raise InputError(
-                f"an MPC needs at least 2 stages, each a whole number of steps long, and a step > 0 s but got {stages}, {step}"
-            )
         if field_of_view is not None and not 0.0 < field_of_view < np.pi:
             raise InputError(f"field_of_view must be between 0 and pi rad but got {field_of_view}")
         if not (isinstance(ticks_per_plan, int) and ticks_per_plan > 0):
             raise InputError(f"an MPC's ticks_per_plan must be a whole number from 1 up but got {ticks_per_plan!r}")
-        self.stages, self.step, self.field_of_view = len(units), step, field_of_view
+        self.horizon = horizon = Horizon(stages, step, ticks_per_plan * keywords.get("period", PERIOD))
+        self.stages, self.step, self.field_of_view = len(horizon), step, field_of_view
         self.ticks_per_plan = ticks_per_plan
-        self._units = units
         self.observer = observer
         self.weights = weights or MpcWeights()
         self.integral_gain, self.integral_limit = integral_gain, integral_limit
@@ -179,22 +170,11 @@ class PayloadMpc(PayloadController):
             ]
         )
         self._R = step * np.full(3 * n, w.input)
-        # A state counts for half of the steps on both its sides, an input for its step.
-        ends = np.concatenate([[0], np.cumsum(units)])
-        self._count = np.concatenate([[1.0], 0.5 * (units[:-1] + units[1:]), [1.0]])
-        self._weights = self._count[:, None, None] * np.diag(self._Q)
-        self._input_weights = np.repeat(units, 3 * n).reshape(-1, 3 * n) * self._R
-        self._problem = CondensedProblem(len(units), len(self._Q), 3 * n)
-        self._ends = ends
-        # An input stands for the mean over its step.
-        self._means = np.zeros((len(units), ends[-1]))
-        for k, (begin, end) in enumerate(itertools.pairwise(ends)):
-            self._means[k, begin:end] = 1.0 / (end - begin)
-        ahead = self.ticks_per_plan * self.period / step
-        self._shift_states = shifting(ends.astype(float), ahead)
-        self._shift_inputs = shifting(self._means @ np.arange(ends[-1]), ahead)
+        self._weights = horizon.shares[:, None, None] * np.diag(self._Q)
+        self._input_weights = np.repeat(horizon.units, 3 * n).reshape(-1, 3 * n) * self._R
+        self._problem = CondensedProblem(len(horizon), len(self._Q), 3 * n)
         self._terminal: dict[float, Array] = {}
-        self._low, self._high = np.tile(thrust_box(model), (1, len(units)))
+        self._low, self._high = np.tile(thrust_box(model), (1, len(horizon)))
         self._qp: Any = None
         ticket = {self.all_state_ticket()}
         self.DeclareVectorOutputPort("diagnostics", 4, self._calc_diagnostics, ticket)
@@ -211,7 +191,7 @@ class PayloadMpc(PayloadController):
     def _reduced(self, model: PayloadModelParameters) -> PayloadMpc:
         law = PayloadMpc(
             model,
-            stages=self._units.tolist(),
+            stages=self.horizon.units.tolist(),
             step=self.step,
             ticks_per_plan=self.ticks_per_plan,
             weights=self.weights,
@@ -226,7 +206,7 @@ class PayloadMpc(PayloadController):
 
     def _fly(self, t: float, seen: Observation, reference: Trajectory, thrust: Array, memory: Array) -> Array:
         begin = time.thread_time()
-        n, N, h = self._n, self.stages, self.step
+        n, N, h, horizon = self._n, self.stages, self.step, self.horizon
         pushed: Disturbance | None = None
         if self.observer is not None:
             pushed = self.observer.step(self.model, memory[self._plan_end :], seen, thrust, self.period)
@@ -235,15 +215,15 @@ class PayloadMpc(PayloadController):
             if memory[8] < self.ticks_per_plan and all(np.isfinite(field).all() for field in seen):
                 return thrust
         table = reference_table(self.model, reference)
-        fine = table.at(t + h * np.arange(self._ends[-1] + 1))
-        desired = Reference(*(field[self._ends] for field in fine))
-        desired.u[:N] = (self._means @ fine.u[:-1].reshape(-1, 3 * n)).reshape(N, n, 3)
+        fine = table.at(t + h * np.arange(horizon.ends[-1] + 1))
+        desired = Reference(*(field[horizon.ends] for field in fine))
+        desired.u[:N] = (horizon.means @ fine.u[:-1].reshape(-1, 3 * n)).reshape(N, n, 3)
         plan = memory[_HEADER : self._plan_end]
         if pushed is not None:
             desired = disturbed(self.model, reference.yaw, desired, pushed.wrench)
         if memory[0]:
-            u = (self._shift_inputs @ plan[: N * 3 * n].reshape(N, -1)).reshape(N, n, 3)
-            x = normalized(unpack(self._shift_states @ plan[N * 3 * n :].reshape(N + 1, -1), n))
+            u = (horizon.shift_inputs @ plan[: N * 3 * n].reshape(N, -1)).reshape(N, n, 3)
+            x = normalized(unpack(horizon.shift_states @ plan[N * 3 * n :].reshape(N + 1, -1), n))
         # What pushes on a quadrotor acts as thrust does: from here on, thrusts and inputs are the sums of the two.
         now = self._measured(seen.after(self.offset), thrust)
         if pushed is not None:
@@ -285,16 +265,16 @@ class PayloadMpc(PayloadController):
         self, x: PayloadState, u: Array, E: Array, desired: Reference, P: Array, pushed: Disturbance | None
     ) -> tuple[Array, int, int]:
         """Return the change of the inputs (N 3 n,), the QP's iterations, and how many bounds are active."""
-        N = self.stages
+        N, horizon = self.stages, self.horizon
         first = PayloadState(*(field[:N] for field in x))
         last = PayloadState(*(field[1:] for field in x))
         linear = linearize(self.model, first, u, E[:N], None if pushed is None else pushed.wrench)
-        discrete = change_chart(repeated(discretize(linear, self.step), self._units), first, E[:N], last, E[1:])
+        discrete = change_chart(repeated(discretize(linear, self.step), horizon.units), first, E[:N], last, E[1:])
         e = deviation(self.model, x, desired, E)
         C = deviation_jacobian(self.model, x)
         CT = np.swapaxes(C, 1, 2)
-        Q, q = self._weights.copy(), self._count[:, None] * self._Q * e
-        Q[:N, :12, :12] = CT[:N] @ ((self._count[:N, None] * self._Q[:12])[:, :, None] * C[:N])
+        Q, q = self._weights.copy(), horizon.shares[:, None] * self._Q * e
+        Q[:N, :12, :12] = CT[:N] @ ((horizon.shares[:N, None] * self._Q[:12])[:, :, None] * C[:N])
         Q[N], q[N] = P, P @ e[N]
         Q[N, :12] = CT[N] @ P[:12]
         Q[N, :, :12] = Q[N, :, :12] @ C[N]
@@ -302,7 +282,7 @@ class PayloadMpc(PayloadController):
         if self.field_of_view is not None:
             aimed = x if pushed is None else x._replace(F=x.F - pushed.on_quadrotors)
             violation, J = view_violation(self.model, aimed, E, 0.5 * self.field_of_view)
-            hessian, gradient = view_penalty(violation, J, self.weights.view * self.step * self._count[:, None])
+            hessian, gradient = view_penalty(violation, J, self.weights.view * self.step * horizon.shares[:, None])
             Q, q = Q + hessian, q + gradient
         r = self._input_weights * (u - desired.u[:N]).reshape(N, -1)
         H, g = self._problem.condense(discrete, Q, q, self._input_weights, r)
@@ -346,42 +326,3 @@ def thrust_box(model: PayloadModelParameters) -> Array:
     low = np.stack([-side, -side, model.min_thrust], axis=1)
     high = np.stack([side, side, model.max_thrust], axis=1)
     return np.stack([low.ravel(), high.ravel()])
-
-
-def pack(x: PayloadState) -> Array:
-    """Return states (batch B) as rows (B, 18 + 9 n)."""
-    return np.concatenate([field.reshape(len(field), -1) for field in x], axis=1)
-
-
-def unpack(rows: Array, n: int) -> PayloadState:
-    """Return the states that rows (B, 18 + 9 n) hold, as views."""
-    B, c = len(rows), 18 + 3 * n
-    return PayloadState(
-        rows[:, 0:3],
-        rows[:, 3:6],
-        rows[:, 6:15].reshape(B, 3, 3),
-        rows[:, 15:18],
-        rows[:, 18:c].reshape(B, n, 3),
-        rows[:, c : c + 3 * n].reshape(B, n, 3),
-        rows[:, c + 3 * n :].reshape(B, n, 3),
-    )
-
-
-def shifting(times: Array, ahead: float) -> Array:
-    """Return the matrix (B, B) that moves samples at `times` (B,) on by `ahead`: linear between them, and beyond the end."""
-    B = len(times)
-    place = times + ahead
-    low = np.clip(np.searchsorted(times, place, side="right") - 1, 0, B - 2)
-    share = (place - times[low]) / (times[low + 1] - times[low])
-    M = np.zeros((B, B))
-    M[np.arange(B), low] = 1.0 - share
-    M[np.arange(B), low + 1] = share
-    return M
-
-
-def normalized(x: PayloadState) -> PayloadState:
-    """Return blended neighbouring states back on their manifold: as good as the geodesic, they are close."""
-    R = 1.5 * x.R - 0.5 * x.R @ np.swapaxes(x.R, 1, 2) @ x.R
-    xi = x.xi / np.sqrt(np.einsum("bij,bij->bi", x.xi, x.xi))[:, :, None]
-    w = x.w - xi * np.einsum("bij,bij->bi", xi, x.w)[:, :, None]
-    return x._replace(R=R, xi=xi, w=w)

@@ -6,7 +6,8 @@ from scipy.optimize import lsq_linear
 from ticks import fix_inputs, one_tick, tick
 
 from drake_aerial.control.flatness import reference_table
-from drake_aerial.control.mpc import STAGES, PayloadMpc, normalized, pack, shifting, thrust_box, unpack
+from drake_aerial.control.horizon import STAGES, normalized, pack, shifting, unpack
+from drake_aerial.control.mpc import PayloadMpc, thrust_box
 from drake_aerial.control.observation import PositionFilter
 from drake_aerial.control.payload_model import PayloadState, retract, rotation_exp
 from drake_aerial.control.payload_parameters import PayloadModelParameters
