@@ -19,20 +19,22 @@ def claims_parts(claims: Sequence[Claim]) -> list[str]:
         if others:
             subject = next(s for s in claim.verdicts if s not in subjects)
             cells = [f"{method_name(subject)}<br>{badge(others[0])}"] + [""] * (len(subjects) - 1)
-        rows.append([f'<a href="#claim-{index}">{index}</a>', html.escape(claim.text), *cells])
+        rows.append([_link(index), html.escape(claim.text), *cells])
     parts = [
         "Every verdict is computed from the records by a rule that stands with the claim below. <i>Undecided</i> means that the interval "
         "allows both. Where the study has the paper's conditions (A to D), verdicts rest on them alone; others are shown and not counted. A claim that is about contacts, or about the baseline, has one verdict.",
         table(["", "the paper's claim", *map(method_name, subjects)], rows, left=2 + len(subjects)),
     ]
-    for index, claim in enumerate(claims, 1):
-        # What needs an explanation is open.
-        open_ = any(word not in ("holds", "not tested") for word in claim.verdicts.values())
-        parts.append(_claim_details(index, claim, open_))
+    parts += [_claim_details(index, claim) for index, claim in enumerate(claims, 1)]
     return parts
 
 
-def _claim_details(index: int, claim: Claim, open_: bool) -> str:
+def _link(index: int) -> str:
+    # A browser goes to a folded claim, but leaves it folded.
+    return f'<a href="#claim-{index}" onclick="document.getElementById(this.hash.slice(1)).open = true">{index}</a>'
+
+
+def _claim_details(index: int, claim: Claim) -> str:
     rows = [
         [
             html.escape(f.condition) + ("" if f.counted else ' <span class="muted">(not counted)</span>'),
@@ -53,6 +55,6 @@ def _claim_details(index: int, claim: Claim, open_: bool) -> str:
     why = f"<p><b>Where it does not hold, why:</b></p><ul>{why}</ul>" if why else ""
     verdicts = " ".join(f"{html.escape(s)} {badge(w)}" for s, w in claim.verdicts.items())
     return (
-        f'<details id="claim-{index}"{" open" if open_ else ""}><summary>{index}. {html.escape(claim.text)} {verdicts}</summary>'
+        f'<details id="claim-{index}"><summary>{index}. {html.escape(claim.text)} {verdicts}</summary>'
         f"<p>Figure: {html.escape(claim.figure)}. Rule: {html.escape(claim.rule)}.</p>{body}{why}</details>"
     )

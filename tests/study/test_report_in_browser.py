@@ -40,4 +40,5 @@ def test_a_claim_opens_where_it_is_linked(opened, report):
     assert claim.get_by_text("Rule:").is_visible()
     page.get_by_role("link", name="2", exact=True).click()
     page.wait_for_function("location.hash === '#claim-2'")
+    assert page.locator("#claim-2").get_by_text("Rule:").is_visible()
     assert page.evaluate("document.querySelector('#claim-2').getBoundingClientRect().top < innerHeight")
