@@ -2,6 +2,6 @@
 
 import sys
 
-from drake_aerial.cli import main
+from drake_aerial.cli import entry_point
 
-sys.exit(main())
+sys.exit(entry_point())
