@@ -21,6 +21,7 @@ from drake_aerial.learning.object_model import ObjectModel
 from drake_aerial.learning.parameters import LearningParameters
 from drake_aerial.learning.task_model import TaskModel
 from drake_aerial.perception.surface_features import SurfaceFeatures
+from drake_aerial.strict_yaml import shown
 
 SCHEMA = "drake_aerial/skill"
 VERSION = 1
@@ -151,9 +152,11 @@ class ContactSkill:
         arrays = _read(Path(path))
         schema, version = str(arrays.get("schema", "none")), arrays.get("version")
         if schema != SCHEMA:
-            raise InputError(f"{path} has the schema {schema!r}; a skill has {SCHEMA!r}")
-        if version is None or version.shape != () or int(version) != VERSION:
-            raise InputError(f"{path} is a skill of version {version}; this program reads version {VERSION}")
+            raise InputError(f"{path} has the schema {shown(schema)}; a skill has {SCHEMA!r}")
+        if version is None or version.shape != () or version.dtype.kind not in "iu" or int(version) != VERSION:
+            raise InputError(
+                f"{path} is a skill of version {shown(None if version is None else version.tolist())}; this program reads version {VERSION}"
+            )
         try:
             return cls._from_arrays(arrays)
         except (KeyError, TypeError, ValueError, IndexError, AttributeError, OverflowError, RecursionError) as error:
