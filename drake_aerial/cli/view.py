@@ -32,7 +32,9 @@ def run(arguments: argparse.Namespace) -> int:
 
     skill = None if arguments.skill is None else read_skill(arguments.skill)
     if not live_is_wanted(arguments):
-        print(write_view(arguments.file, arguments.out or arguments.file.with_suffix(".html"), skill=skill))
+        # The folder that one is in has no name.
+        beside = arguments.file.with_suffix(".html") if arguments.file.name else Path("view.html")
+        print(write_view(arguments.file, arguments.out or beside, skill=skill))
         return 0
     if arguments.out is not None:
         raise InputError("--live writes no page: give --out or --live")

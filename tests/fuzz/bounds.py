@@ -16,12 +16,16 @@ BYTES = 4 * 2**30
 """More than this process has already."""
 
 
+class TooLate(BaseException):
+    """What nobody catches: TimeoutError is an OSError."""
+
+
 @contextmanager
 def bounded():
-    """Raise TimeoutError, or MemoryError, in what takes longer or more."""
+    """Raise TooLate, or MemoryError, in what takes longer or more."""
 
     def late(*_):
-        raise TimeoutError(f"more than {SECONDS} s")
+        raise TooLate(f"more than {SECONDS} s")
 
     before = resource.getrlimit(resource.RLIMIT_AS)
     size = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()

@@ -167,6 +167,8 @@ def command_lines(draw):
         words += ["--out", draw(st.sampled_from(OUTS[:6]))]
     if verb == "fly" and "--trajectory" not in words:
         words += ["--trajectory", "hover.yaml"]
+    if verb == "demonstrate" and "--at" not in words:
+        words += ["--at", *[draw(st.sampled_from(NUMBERS)) for _ in range(3)]]  # without it a page waits for clicks
     if verb == "study" and "--plan" not in words:
         words += ["--plan", draw(st.sampled_from(["bad.yaml", "tags.yaml", "nowhere.yaml"]))]
     if verb == "transfer" and "--method" not in words:
