@@ -6,7 +6,7 @@ Drawn are the team (1 to 6 quadrotors, equal or not, thrust coefficients, cable 
 the controller and its errors, wind, noise, delays of the motors and of the loop, time steps from 0.2 to 10 ms, and whether the flight starts
 from the ground. Each flies for 2 s of simulated time after take-off. A run belongs to its number alone.
 
-    tools/run python tools/bench/random_stations.py                     1,000 of them (some 25 CPU minutes)
+    tools/run python tools/bench/random_stations.py                     1,000 of them (some 10 CPU minutes)
     tools/run python tools/bench/random_stations.py --first 17 --count 1 --show
 """
 
