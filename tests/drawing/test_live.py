@@ -91,6 +91,17 @@ def test_view_live_serves_until_ctrl_c(contacts):
     assert ended(process) == (0, "", "")
 
 
+def test_ctrl_c_ends_a_view_well_as_soon_as_its_address_is_told(contacts, monkeypatch, capsys):
+    from drake_aerial.cli import main, view
+
+    def tell_and_be_interrupted(url):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(view, "tell_address", tell_and_be_interrupted)
+    assert main(["view", str(contacts), "--live", "--no-browser"]) == 0
+    assert capsys.readouterr().err == ""
+
+
 def test_ctrl_c_in_a_live_flight_leaves_nothing_behind(contacts, tmp_path):
     process, url = started("fly", contacts, "--payload", "box_68x68x28", "--out", tmp_path / "flight")
     assert "MeshCat.Viewer" in fetched(url)
