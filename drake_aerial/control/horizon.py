@@ -28,6 +28,8 @@ class Horizon:
         h, the shortest step [s].
     ahead : float
         By how much a plan is moved on from one to the next [s].
+    lag : float
+        How old the samples are from which a plan is made [s], at most `ahead`.
 
     Attributes
     ----------
@@ -41,9 +43,11 @@ class Horizon:
         From inputs at every unit to their means over the steps.
     shift_states, shift_inputs : (N + 1, N + 1), (N, N) arrays
         From a plan's states and inputs to those of the same plan `ahead` later.
+    lapse : (N + 1,) array
+        From a plan's states to how they change within `lag`, before `ahead` is over.
     """
 
-    def __init__(self, stages: int | Sequence[int], step: float, ahead: float):
+    def __init__(self, stages: int | Sequence[int], step: float, ahead: float, lag: float = 0.0):
         units = np.ones(stages, int) if isinstance(stages, int) and stages > 0 else np.array(stages)
         whole = units.ndim == 1 and len(units) > 1 and units.dtype.kind == "i" and (units > 0).all()
         if not whole or not step > 0.0:
@@ -57,6 +61,7 @@ class Horizon:
         for k, (begin, end) in enumerate(itertools.pairwise(self.ends)):
             self.means[k, begin:end] = 1.0 / (end - begin)
         self.shift_states = shifting(self.ends.astype(float), ahead / step)
+        self.lapse = self.shift_states[0] - shifting(self.ends.astype(float), (ahead - lag) / step)[0]
         self.shift_inputs = shifting(self.means @ np.arange(self.ends[-1]), ahead / step)
 
     def __len__(self) -> int:

@@ -28,6 +28,7 @@ from drake_aerial.control.tracking_error import deviation, deviation_jacobian, t
 from drake_aerial.control.trajectory import Trajectory
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import cross
+from drake_aerial.plant.scene import TIME_STEP
 
 Array = NDArray[np.float64]
 
@@ -84,7 +85,8 @@ class PayloadMpc(PayloadController):
     unconstrained minimum respects the thrust box it is the solution, else PIQP finds it. What is carried from
     tick to tick (the predicted states and inputs) lives in the Context. Double only.
 
-    A plan begins at the moment of the tick, to which the samples, `offset` older, are moved on (`Observation.after`).
+    A plan begins at the moment of the tick, to which the samples, `offset` older, are moved on: positions at the measured velocities
+    (`Observation.after`), velocities and thrusts by what the last plan has them change.
 
     Ports are those of `PayloadController` and
 
@@ -148,7 +150,8 @@ class PayloadMpc(PayloadController):
             raise InputError(f"field_of_view must be between 0 and pi rad but got {field_of_view}")
         if not (isinstance(ticks_per_plan, int) and ticks_per_plan > 0):
             raise InputError(f"an MPC's ticks_per_plan must be a whole number from 1 up but got {ticks_per_plan!r}")
-        self.horizon = horizon = Horizon(stages, step, ticks_per_plan * keywords.get("period", PERIOD))
+        ahead = ticks_per_plan * keywords.get("period", PERIOD)
+        self.horizon = horizon = Horizon(stages, step, ahead, keywords.get("offset", TIME_STEP))
         self.stages, self.step, self.field_of_view = len(horizon), step, field_of_view
         self.ticks_per_plan = ticks_per_plan
         self.observer = observer
@@ -221,11 +224,14 @@ class PayloadMpc(PayloadController):
         plan = memory[_HEADER : self._plan_end]
         if pushed is not None:
             desired = disturbed(self.model, reference.yaw, desired, pushed.wrench)
-        if memory[0]:
-            u = (horizon.shift_inputs @ plan[: N * 3 * n].reshape(N, -1)).reshape(N, n, 3)
-            x = normalized(unpack(horizon.shift_states @ plan[N * 3 * n :].reshape(N + 1, -1), n))
         # What pushes on a quadrotor acts as thrust does: from here on, thrusts and inputs are the sums of the two.
         now = self._measured(seen.after(self.offset), thrust)
+        if memory[0]:
+            u = (horizon.shift_inputs @ plan[: N * 3 * n].reshape(N, -1)).reshape(N, n, 3)
+            rows = plan[N * 3 * n :].reshape(N + 1, -1)
+            x = normalized(unpack(horizon.shift_states @ rows, n))
+            lapse = unpack((horizon.lapse @ rows)[None], n)
+            now = now._replace(v=now.v + lapse.v, W=now.W + lapse.W, w=now.w + lapse.w, F=now.F + lapse.F)
         if pushed is not None:
             now = now._replace(F=now.F + pushed.on_quadrotors)
         if not memory[0]:

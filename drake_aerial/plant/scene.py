@@ -15,13 +15,17 @@ from pydrake.systems.framework import DiagramBuilder
 
 GRAVITY = 9.81
 """Drake's standard gravity [m/s^2], along -z."""
+TIME_STEP = 0.005
+"""Of a plant by default [s]: what the step itself does to a payload's flight is a millimetre (docs/flight.md)."""
+ELASTIC_TIME_STEP = 0.002
+"""Of one with elastic cables, whose force is explicit [s]."""
 CONTACT_STIFFNESS = 1e4
 """Of a pair of touching bodies that are each twice as stiff [N/m]."""
 GROUND = "ground"
 """Name of the ground's collision geometry."""
 
 
-def add_plant(builder: DiagramBuilder, time_step: float = 0.002) -> tuple[MultibodyPlant, SceneGraph]:
+def add_plant(builder: DiagramBuilder, time_step: float = TIME_STEP) -> tuple[MultibodyPlant, SceneGraph]:
     """Add a discrete plant with the SAP solver and point contact, and its scene graph.
 
     Its output ports are not sampled: a discrete controller that runs at the same instants as the plant sees the state before the

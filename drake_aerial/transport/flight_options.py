@@ -88,7 +88,7 @@ class FlightOptions:
         """
         parameters = self.station_parameters
         # A tick one plant step after each sample sees that sample.
-        matched = {"offset": parameters.time_step, "position_filter": PositionFilter(parameters.noise)}
+        matched = {"offset": parameters.step, "position_filter": PositionFilter(parameters.noise)}
         given = self.controller_options or {}
         if isinstance(self.controller, ControllerParameters):
             return CONTROLLERS[self.controller.kind](model, **{**matched, **self.controller.options(), **given})

@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, InputPort, LeafSystem
 
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
 from drake_aerial.plant.cable_geometry import contact_offsets
+from drake_aerial.plant.scene import TIME_STEP
 
 
 class PayloadPerception(LeafSystem):
@@ -24,10 +25,15 @@ class PayloadPerception(LeafSystem):
     | in `payload_state` | 13 | true w x y z, position, angular and linear velocity of L in the world |
     | in `quadrotor_states` | 13 n | the same of each Q |
     | in `attached` | n | 1 where a gripper holds, 0 where it let go; may be left unconnected: all hold |
+    | in `payload_acceleration` | 6 | angular and linear of L in the world; may be left unconnected |
+    | in `quadrotor_accelerations` | 6 n | the same of each Q; may be left unconnected |
     | out `payload_state` | 13 | sampled, the position noisy |
     | out `quadrotor_states` | 13 n | sampled |
     | out `cable_directions` | 6 n | per cable: unit vector from quadrotor to contact, and its rate [1/s], in the world |
     | out `attached` | n | sampled: a gripper's contact switch |
+
+    A discrete plant adds a step's impulse to velocities first and moves positions by the new ones, so its velocities are those of half a
+    step before its positions. Where accelerations are given, sampled velocities are those of the sample's own moment.
 
     The noise of a sample is a function of the seed and of the sample's number alone; the seed is a parameter in the Context
     (`set_seed`), so that one diagram serves many trials.
@@ -42,9 +48,19 @@ class PayloadPerception(LeafSystem):
         Standard deviation of each coordinate of the payload's position [m].
     measured_directions : bool
         Whether cable directions are measured on their own.
+    time_step : float
+        Of the plant whose accelerations are connected [s].
     """
 
-    def __init__(self, p_LC: ArrayLike, *, period: float = 0.02, noise: float = 0.01, measured_directions: bool = True):
+    def __init__(
+        self,
+        p_LC: ArrayLike,
+        *,
+        period: float = 0.02,
+        noise: float = 0.01,
+        measured_directions: bool = True,
+        time_step: float = TIME_STEP,
+    ):
         super().__init__()
         p_LC = np.asarray(p_LC, dtype=float).reshape(-1, 3)
         if not (np.isfinite(noise) and noise >= 0.0):
@@ -59,6 +75,11 @@ class PayloadPerception(LeafSystem):
         self._payload = self.DeclareVectorInputPort("payload_state", 13)
         self._quadrotors = self.DeclareVectorInputPort("quadrotor_states", 13 * n)
         self._attached = self.DeclareVectorInputPort("attached", n)
+        self._accelerations = (
+            self.DeclareVectorInputPort("payload_acceleration", 6),
+            self.DeclareVectorInputPort("quadrotor_accelerations", 6 * n),
+        )
+        self._half_step = 0.5 * time_step
         self._seed = self.DeclareNumericParameter(BasicVector([0.0]))
         at_rest = np.tile(np.eye(1, 13)[0], 1 + n)
         down = np.tile([0.0, 0.0, -1.0, 0.0, 0.0, 0.0], n)
@@ -75,7 +96,8 @@ class PayloadPerception(LeafSystem):
         context.get_mutable_numeric_parameter(self._seed).SetFromVector([float(seed)])
 
     def _sample(self, context: Context, discrete_state: DiscreteValues) -> None:
-        payload, quadrotors = self._payload.Eval(context), self._quadrotors.Eval(context)
+        payload = self._sampled(context, self._payload, self._accelerations[0])
+        quadrotors = self._sampled(context, self._quadrotors, self._accelerations[1])
         measured = payload.copy()
         if self._noise > 0.0:
             seed = int(context.get_numeric_parameter(self._seed).GetAtIndex(0))
@@ -89,6 +111,14 @@ class PayloadPerception(LeafSystem):
         attached = self._attached.Eval(context) if self._attached.HasValue(context) else np.ones(len(p))
         for index, value in zip(self._samples, (measured, quadrotors, directions.ravel(), attached), strict=True):
             discrete_state.set_value(index, value)
+
+    def _sampled(self, context: Context, states: InputPort, accelerations: InputPort) -> Array:
+        """Return states (13 k,) whose velocities are those of their own moment."""
+        rows = states.Eval(context).reshape(-1, 13)
+        if accelerations.HasValue(context):
+            rows = rows.copy()
+            rows[:, 7:13] += self._half_step * accelerations.Eval(context).reshape(-1, 6)
+        return rows.ravel()
 
     def _normal(self, seed: int, number: int) -> Array:
         """Return three standard normal numbers that belong to a seed and a sample.

@@ -81,7 +81,7 @@ class TransportStation(Diagram):
         self.payload, self.p_LC, self.parameters, self.n = payload, contacts, parameters, n
         self.controller = controller
         builder = DiagramBuilder()
-        self.plant, self.scene_graph = add_plant(builder, parameters.time_step)
+        self.plant, self.scene_graph = add_plant(builder, parameters.step)
         self.ground = add_ground(self.plant)
         self.payload_body = add_payload(self.plant, payload)
         names = ("",) if n == 1 else tuple(f"_{i}" for i in range(n))
@@ -116,10 +116,20 @@ class TransportStation(Diagram):
                 period=parameters.perception_period,
                 noise=parameters.noise,
                 measured_directions=parameters.measured_directions,
+                time_step=parameters.step,
             ),
         )
         builder.Connect(payload_state, self.perception.GetInputPort("payload_state"))
         builder.Connect(quadrotor_states, self.perception.GetInputPort("quadrotor_states"))
+        accelerations = builder.AddNamedSystem("quadrotor_accelerations", Multiplexer([6] * n))
+        for i, quadrotor in enumerate(self.quadrotors):
+            port = plant.get_generalized_acceleration_output_port(quadrotor.model_instance)
+            builder.Connect(port, accelerations.get_input_port(i))
+        builder.Connect(
+            plant.get_generalized_acceleration_output_port(self.payload_body.model_instance),
+            self.perception.GetInputPort("payload_acceleration"),
+        )
+        builder.Connect(accelerations.get_output_port(), self.perception.GetInputPort("quadrotor_accelerations"))
 
         team = parameters.quadrotors(n)
         propellers = [
@@ -140,13 +150,13 @@ class TransportStation(Diagram):
         self.hold: ZeroOrderHold | None = None
         if parameters.attitude_period != 0.0:
             # One step after the controller's tick, which is one after the sensor's: it holds what follows from the newest sample.
-            hold = ZeroOrderHold(parameters.attitude_period, 4 * n, 2.0 * parameters.time_step)
+            hold = ZeroOrderHold(parameters.attitude_period, 4 * n, 2.0 * parameters.step)
             self.hold = builder.AddNamedSystem("attitude_hold", hold)
             builder.Connect(wanted, hold.get_input_port())
             wanted = hold.get_output_port()
         self.motor_lead: MotorLead | None = None
         if parameters.motor_lag != 0.0 and parameters.motor_lead:
-            lead = MotorLead(propellers, parameters.motor_lag, parameters.time_step)
+            lead = MotorLead(propellers, parameters.motor_lag, parameters.step)
             self.motor_lead = builder.AddNamedSystem("motor_lead", lead)
             builder.Connect(wanted, lead.get_input_port())
             wanted = lead.get_output_port()
@@ -348,12 +358,12 @@ def _check(payload: Payload, contacts: Array, parameters: StationParameters, for
     n = len(contacts)
     if n == 0 or not np.isfinite(contacts).all():
         raise InputError(f"contacts of shape {contacts.shape} given; (n, 3) finite numbers, n >= 1, accepted")
-    if not (np.isfinite(parameters.time_step) and 0.0 < parameters.time_step <= 0.01):
-        raise InputError(f"a time step of {parameters.time_step!r} s; above 0 and at most 0.01 s accepted")
+    if not (np.isfinite(parameters.step) and 0.0 < parameters.step <= 0.01):
+        raise InputError(f"a time step of {parameters.step!r} s; above 0 and at most 0.01 s accepted")
     held = parameters.attitude_period
-    if not (held == 0.0 or (np.isfinite(held) and held >= parameters.time_step)):
+    if not (held == 0.0 or (np.isfinite(held) and held >= parameters.step)):
         raise InputError(
-            f"an attitude period of {held!r} s; 0, or at least the plant's step {parameters.time_step:g} s accepted"
+            f"an attitude period of {held!r} s; 0, or at least the plant's step {parameters.step:g} s accepted"
         )
     shortest = float(parameters.cable_lengths(n).min())
     if not 0.0 <= parameters.initial_slack < 0.9 * shortest:
@@ -373,4 +383,4 @@ def _check(payload: Payload, contacts: Array, parameters: StationParameters, for
         stiffest = replace(
             cables[0], stiffness=max(c.stiffness for c in cables), damping=max(c.damping for c in cables)
         )
-        check_elastic_step(stiffest, parameters.time_step, float(np.linalg.eigvalsh(matrix).max()))
+        check_elastic_step(stiffest, parameters.step, float(np.linalg.eigvalsh(matrix).max()))

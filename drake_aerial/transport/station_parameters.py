@@ -13,6 +13,7 @@ from drake_aerial.geometry import Array
 from drake_aerial.plant.cable import CableParameters
 from drake_aerial.plant.gripper import GripperParameters
 from drake_aerial.plant.quadrotor import QuadrotorParameters
+from drake_aerial.plant.scene import ELASTIC_TIME_STEP, TIME_STEP
 from drake_aerial.plant.wind import WindParameters
 
 Part = TypeVar("Part", QuadrotorParameters, CableParameters, GripperParameters)
@@ -39,8 +40,8 @@ class StationParameters:
     """Of each cable; all of one kind."""
     gripper: GripperParameters | Sequence[GripperParameters] = field(default_factory=GripperParameters)
     """Of each gripper."""
-    time_step: float = 0.002
-    """Of the plant [s]."""
+    time_step: float | None = None
+    """Of the plant [s]; none for 0.005 with inextensible cables and 0.002 with elastic ones, whose springs are stiff."""
     perception_period: float = 0.02
     """[s]"""
     noise: float = 0.01
@@ -62,14 +63,21 @@ class StationParameters:
     carries the table's box up to some 35 ms of lag, and loses it beyond."""
 
     def __post_init__(self) -> None:
-        for name in ("time_step", "perception_period"):
-            value = getattr(self, name)
+        for name, value in (("time_step", self.step), ("perception_period", self.perception_period)):
             if not (np.isfinite(value) and value > 0.0):
                 raise InputError(f"the station's {name} is {value!r} s; a positive number accepted")
         for name in ("noise", "attitude_period", "initial_slack", "airborne_height", "motor_lag"):
             value = getattr(self, name)
             if not (np.isfinite(value) and value >= 0.0):
                 raise InputError(f"the station's {name} is {value!r}; 0 or more accepted")
+
+    @property
+    def step(self) -> float:
+        """The plant's time step [s]."""
+        if self.time_step is not None:
+            return self.time_step
+        first = self.cable if isinstance(self.cable, CableParameters) else next(iter(self.cable), CableParameters())
+        return ELASTIC_TIME_STEP if first.kind == "elastic" else TIME_STEP
 
     def quadrotors(self, n: int) -> tuple[QuadrotorParameters, ...]:
         """Return the parameters of n quadrotors. Raises InputError if another number is given."""

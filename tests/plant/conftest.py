@@ -17,7 +17,7 @@ from drake_aerial.plant.gripper import GripperParameters, add_gripper
 from drake_aerial.plant.payload import TABLE_INERTIA, Payload
 from drake_aerial.plant.payload_body import add_payload
 from drake_aerial.plant.quadrotor import QuadrotorParameters, add_quadrotor, connect_propellers
-from drake_aerial.plant.scene import add_ground, add_plant
+from drake_aerial.plant.scene import ELASTIC_TIME_STEP, TIME_STEP, add_ground, add_plant
 
 
 @dataclass
@@ -72,7 +72,7 @@ def rig():
         **cable,
     ):
         builder = DiagramBuilder()
-        plant, _ = add_plant(builder)
+        plant, _ = add_plant(builder, ELASTIC_TIME_STEP if kind == "elastic" else TIME_STEP)
         if ground:
             add_ground(plant)
         if not gravity:

@@ -130,7 +130,7 @@ def test_the_controllers_model_agrees_with_the_plant(box, kind, contacts, seed):
 
 def test_propeller_commands_may_be_held(hang):
     s = hang()
-    parameters = StationParameters(attitude_period=0.01, noise=0.0)
+    parameters = StationParameters(attitude_period=0.01, noise=0.0, time_step=0.002)
     station = make_transport_station(s.payload, s.p_LC, s.normal_L, parameters=parameters)
     context = station.CreateDefaultContext()
     station.place(context)

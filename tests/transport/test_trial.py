@@ -31,6 +31,16 @@ def contacts(*positions, cloud=None):
     return ContactSolutions("task", 0, "flat", cloud, {}, tuple(solutions))
 
 
+def test_shorter_steps_make_a_stiffer_cable(hang, quick):
+    """The solver's limit gives way a little, the less the shorter its step."""
+    over = []
+    for step in (0.005, 0.002):
+        s = Flight(hang(), belief="true", trajectory=quick, parameters=StationParameters(time_step=step)).run().series
+        over.append(np.linalg.norm(s["quadrotor_position"] - s["contact_position"], axis=2).max() - 0.5)
+    assert over[1] < 1e-4
+    assert over[1] < over[0] < 3e-4
+
+
 @pytest.mark.parametrize("controller", ["mpc", "geometric_ff"])
 @pytest.mark.parametrize("cable", ["inextensible", "elastic"])
 def test_a_flight_completes(hang, quick, controller, cable):
@@ -45,7 +55,7 @@ def test_a_flight_completes(hang, quick, controller, cable):
     # What the series say must hang together: a cable as long as it is while it carries, thrust against weight.
     assert len(s["time"]) == 851
     gap = np.linalg.norm(s["quadrotor_position"] - s["contact_position"], axis=2)
-    assert gap.max() < 0.5 + (1e-4 if cable == "inextensible" else 2e-3)
+    assert gap.max() < 0.5 + (3e-4 if cable == "inextensible" else 2e-3)
     assert gap[0] == pytest.approx(0.45, abs=1e-6)
     assert s["thrust"][-50:].mean() == pytest.approx(0.5022 * 9.81, rel=0.01)
     assert s["tension"][-50:].mean() == pytest.approx(0.252 * 9.81, rel=0.01)

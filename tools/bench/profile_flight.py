@@ -132,7 +132,7 @@ def profile(n: int, seed: int, options: dict[str, Any]) -> None:
     clock, states = Clock(), []
     timed_total = fly_with_clock(n, seed, options, clock, states)
     bare = bare_step(n, states)
-    steps = round(metrics.get("duration_s", subject.trajectory.duration) / StationParameters().time_step)
+    steps = round(metrics.get("duration_s", subject.trajectory.duration) / StationParameters().step)
 
     print(f"\n{n} quadrotor(s), seed {seed}: {metrics['outcome']}, RMSE {100 * metrics['position_rmse_m']:.2f} cm")
     print(f"  {speed:.2f} simulated s per CPU s (wanted {SPEED_WANTED[n]:g}); whole trial {total:.2f} CPU s")
@@ -193,7 +193,7 @@ def fly_with_clock(n: int, seed: int, options: dict[str, Any], clock: Clock, sta
 def bare_step(n: int, states: list[np.ndarray], steps: int = 100) -> float:
     """Return the CPU seconds of a step of the plant alone, in a diagram with its scene graph only."""
     builder, parameters = DiagramBuilder(), StationParameters()
-    plant, _ = add_plant(builder, parameters.time_step)
+    plant, _ = add_plant(builder, parameters.step)
     add_ground(plant)
     suspension = Suspension.hang(Payload.read("box_68x61x28"), CONTACTS[n], [[0.0, 0.0, 1.0]] * n)
     payload = add_payload(plant, suspension.payload)
@@ -212,7 +212,7 @@ def bare_step(n: int, states: list[np.ndarray], steps: int = 100) -> float:
         plant.SetPositionsAndVelocities(own, state)
         plant.get_applied_spatial_force_input_port().FixValue(own, _push(plant, own, quadrotors, lift))
         began = time.thread_time()
-        simulator.AdvanceTo(context.get_time() + steps * parameters.time_step)
+        simulator.AdvanceTo(context.get_time() + steps * parameters.step)
         times.append((time.thread_time() - began) / steps)
     return float(np.median(times))
 
