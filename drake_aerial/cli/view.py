@@ -40,10 +40,10 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError("--live writes no page: give --out or --live")
     from drake_aerial.drawing.live import live_view
 
-    with live_view(arguments.file, skill=skill, port=arguments.port, open_browser=not arguments.no_browser) as url:
-        # How a server is ended is no failure, from the moment on that somebody can know of it.
-        with suppress(KeyboardInterrupt):
-            tell_address(url)
-            while True:
-                time.sleep(0.5)
+    view = live_view(arguments.file, skill=skill, port=arguments.port, open_browser=not arguments.no_browser)
+    # How a server is ended is no failure, from the moment on that somebody can know of it.
+    with view as url, suppress(KeyboardInterrupt):
+        tell_address(url)
+        while True:
+            time.sleep(0.5)
     return 0
