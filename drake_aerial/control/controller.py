@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import isfinite
+
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
@@ -18,6 +20,7 @@ from drake_aerial.plant.scene import TIME_STEP
 Array = NDArray[np.float64]
 
 
+_FLYING = float(FlightPhase.FLYING)
 PERIOD = 0.02
 """Of the ticks, by default [s]."""
 
@@ -105,6 +108,10 @@ class PayloadController(LeafSystem):
         """
         raise NotImplementedError
 
+    def _hold(self, memory: Array) -> bool:
+        """Return whether what is commanded is held at this tick whatever is seen, and count the tick in `memory`."""
+        return False
+
     def _reduced(self, model: PayloadModelParameters) -> PayloadController | None:
         """Return a controller of the same law for a smaller team, for its `_fly` alone; None if there is no such law.
 
@@ -114,24 +121,28 @@ class PayloadController(LeafSystem):
 
     def _tick(self, context: Context, discrete: DiscreteValues) -> None:
         t, model = context.get_time(), self.model
-        reference: Trajectory = self._reference.Eval(context)
         payload = self._payload.Eval(context)
         memory = context.get_discrete_state(self._filter_index).value()
+        quadrotors, cables = self._quadrotors.Eval(context), self._cables.Eval(context)
         filtered = self.position_filter.step(memory, payload[4:7], payload[10:13], self.period)
-        seen = observe(payload, self._quadrotors.Eval(context), self._cables.Eval(context))
-        seen = seen._replace(p=filtered[0:3])
-        grounded = bool(reference.phases) and reference.phases[0].name == "ground"
+        discrete.get_mutable_vector(self._filter_index).SetFromVector(filtered)
         before = context.get_discrete_state(self._phase_index).value()
-        losses, fresh = self._losses(context, before[0] >= FlightPhase.FLYING, seen)
+        law = context.get_discrete_state(self._memory_index).value().copy()
+        if before[0] >= _FLYING and self._nothing_new(context, payload, quadrotors, cables) and self._hold(law):
+            discrete.get_mutable_vector(self._memory_index).SetFromVector(law)
+            return
+        reference: Trajectory = self._reference.Eval(context)
+        seen = observe(payload, quadrotors, cables)._replace(p=filtered[0:3])
+        grounded = bool(reference.phases) and reference.phases[0].name == "ground"
+        losses, fresh = self._losses(context, before[0] >= _FLYING, seen)
         noise = self.position_filter.position_noise
         following = self.take_off.next_phase(model, before, t, seen, grounded, noise)
         # Whoever lost a gripper before it flew does not fly any more.
         phase = before if losses.lost.any() else following
-        flying = bool(phase[0] >= FlightPhase.FLYING)
+        flying = bool(phase[0] >= _FLYING)
         last = context.get_discrete_state(self._thrust_index).value().reshape(-1, 3)
-        law = context.get_discrete_state(self._memory_index).value() * (not fresh)
+        law *= not fresh
         thrust = None
-        discrete.get_mutable_vector(self._filter_index).SetFromVector(filtered)
         discrete.get_mutable_vector(self._phase_index).SetFromVector(phase)
         discrete.get_mutable_vector(self._losses_index).SetFromVector(losses.pack())
         if losses.lost.any():
@@ -143,6 +154,14 @@ class PayloadController(LeafSystem):
             thrust = self._fly(t, seen, reference, last, law)
         discrete.get_mutable_vector(self._memory_index).SetFromVector(law)
         discrete.get_mutable_vector(self._thrust_index).SetFromVector(limited(model, thrust).ravel())
+
+    def _nothing_new(self, context: Context, *samples: Array) -> bool:
+        """Return whether samples are numbers, and every gripper holds and always has."""
+        if context.get_discrete_state(self._losses_index).value()[: self.model.n].any():
+            return False
+        if self._attached.HasValue(context) and self._attached.Eval(context).min() <= 0.5:
+            return False
+        return isfinite(sum(float(sample.sum()) for sample in samples))
 
     def _losses(self, context: Context, flying: bool, seen: Observation) -> tuple[Losses, bool]:
         """Return which grippers have let go by now, and whether that is news."""

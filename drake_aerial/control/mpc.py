@@ -213,9 +213,7 @@ class PayloadMpc(PayloadController):
         pushed: Disturbance | None = None
         if self.observer is not None:
             pushed = self.observer.step(self.model, memory[self._plan_end :], seen, thrust, self.period)
-        if memory[0]:
-            memory[8] += 1.0
-            if memory[8] < self.ticks_per_plan and all(np.isfinite(field).all() for field in seen):
+            if self._counted(memory) and all(np.isfinite(field).all() for field in seen):
                 return thrust
         table = reference_table(self.model, reference)
         fine = table.at(t + h * np.arange(horizon.ends[-1] + 1))
@@ -225,7 +223,8 @@ class PayloadMpc(PayloadController):
         if pushed is not None:
             desired = disturbed(self.model, reference.yaw, desired, pushed.wrench)
         # What pushes on a quadrotor acts as thrust does: from here on, thrusts and inputs are the sums of the two.
-        now = self._measured(seen.after(self.offset), thrust)
+        seen = seen.after(self.offset)
+        now = self._measured(seen, thrust)
         if memory[0]:
             u = (horizon.shift_inputs @ plan[: N * 3 * n].reshape(N, -1)).reshape(N, n, 3)
             rows = plan[N * 3 * n :].reshape(N + 1, -1)
@@ -259,6 +258,15 @@ class PayloadMpc(PayloadController):
         self.step_seconds.append(time.thread_time() - begin)
         # Linear algebra differs in its last bits with the alignment of its arrays; whole micronewtons keep a flight the same to the bit.
         return np.round(u[0] if pushed is None else u[0] - pushed.on_quadrotors, 6)
+
+    def _hold(self, memory: Array) -> bool:
+        # The observer wants to see every sample.
+        return self.observer is None and self._counted(memory)
+
+    def _counted(self, memory: Array) -> bool:
+        """Count a tick, and return whether the last plan serves it."""
+        memory[8] += 1.0
+        return bool(memory[0] and memory[8] < self.ticks_per_plan)
 
     def _measured(self, seen: Observation, thrust: Array) -> PayloadState:
         """Return the model's state (batch of 1); the thrust is the command's part along each quadrotor's axis."""

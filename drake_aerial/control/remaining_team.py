@@ -115,7 +115,9 @@ class RemainingTeam:
         rest = self._rest.setdefault(yaw, HoverTrajectory(yaw=yaw))
         theirs = seen.of_quadrotors(kept)._replace(p=seen.p - losses.p_WL)
         size = len(law._initial_memory())
-        command[kept] = law._fly(t, theirs, rest, thrust[kept], memory[:size])
+        command[kept] = (
+            thrust[kept] if law._hold(memory[:size]) else law._fly(t, theirs, rest, thrust[kept], memory[:size])
+        )
         return command
 
     def _law(self, kept: tuple[int, ...]) -> PayloadController | None:

@@ -20,6 +20,7 @@ Watch = Callable[[Context], None]
 """Sees the station's context, every 0.02 s of simulated time."""
 
 _NOTHING_DONE = EventStatus.DidNothing()
+_FLYING = float(FlightPhase.FLYING)
 _LOOK = 0.02
 _REPORT = 0.2
 _AFTERMATH = 0.5
@@ -78,8 +79,10 @@ class FlightMonitor:
         self._attached: Any = np.ones(station.n, dtype=bool)
         self._dropped_at: Array | None = None
         self._station, self._trajectory, self._max_error, self._progress = station, trajectory, max_error, progress
-        names = ("payload.state", "quadrotors.state", "plant.contact_results")
-        self._payload_state, self._quadrotor_states, self._contacts = (station.GetOutputPort(name) for name in names)
+        names = ("payload.state", "quadrotors.state", "plant.contact_results", "cables.attached")
+        ports = (station.GetOutputPort(name) for name in names)
+        self._payload_state, self._quadrotor_states, self._contacts, self._grippers = ports
+        self._phase = None if station.controller is None else station.GetOutputPort("controller.phase")
         release = station.cable_system.release
         self._release = release if release is not None and release.is_needed else None
         self._quadrotors = {int(q.body.index()) for q in station.quadrotors}
@@ -131,8 +134,8 @@ class FlightMonitor:
         if self._dropped_at is not None:
             # The rest may stay where it happened.
             error = min(error, math.dist(payload[4:7], self._dropped_at))
-        attached: Any = station.cable_system.attached(context)
-        if not (np.isfinite(payload).all() and np.isfinite(quadrotors).all()):
+        attached: Any = self._grippers.Eval(context) > 0.5
+        if not math.isfinite(float(payload.sum()) + float(quadrotors.sum())):
             self.end("diverged", "the state is not finite", t)
         elif (self._attached & ~attached).any():
             which = " and ".join(str(i + 1) for i in np.flatnonzero(self._attached & ~attached))
@@ -162,9 +165,10 @@ class FlightMonitor:
                 return
 
     def _flying(self, context: Context) -> bool:
-        if self._station.controller is None:
-            return True
-        return self._station.GetOutputPort("controller.phase").Eval(context)[0] >= FlightPhase.FLYING
+        # Flight is the last phase.
+        if self._phase is not None and self._phase.Eval(context)[0] >= _FLYING:
+            self._phase = None
+        return self._phase is None
 
     def end(self, outcome: str, reason: str, time: float) -> None:
         """Record how the flight ended, and when [s]; after a drop, what became of the payload."""
