@@ -15,12 +15,13 @@ from drake_aerial.control.remaining_team import Losses, RemainingTeam
 from drake_aerial.control.take_off import FlightPhase, TakeOff
 from drake_aerial.control.trajectory import HoverTrajectory, Trajectory
 from drake_aerial.errors import InputError
-from drake_aerial.plant.scene import TIME_STEP
 
 Array = NDArray[np.float64]
 
 
 _FLYING = float(FlightPhase.FLYING)
+OFFSET = 0.001
+"""Of the ticks after the samples that they read, by default [s]: within a plant's step, so that commands act from the next one on."""
 PERIOD = 0.02
 """Of the ticks, by default [s]."""
 
@@ -40,7 +41,7 @@ class PayloadController(LeafSystem):
     | out `estimated_position` | 3 | filtered position of L's origin [m] |
 
     All state is discrete and lives in the Context; it changes at the ticks `offset + k period`. A tick reads samples
-    taken before it: with the default offset, that of a sensor that samples at `k period`, one step of the plant ago.
+    taken before it: with the default offset, that of a sensor that samples at `k period`, 1 ms ago.
 
     Once a gripper has let go, the others hold the payload where it was, by the same law for the cables that are left, and the
     freed quadrotor hovers above (`RemainingTeam`).
@@ -62,7 +63,7 @@ class PayloadController(LeafSystem):
         model: PayloadModelParameters,
         *,
         period: float = PERIOD,
-        offset: float = TIME_STEP,
+        offset: float = OFFSET,
         take_off: TakeOff | None = None,
         position_filter: PositionFilter | None = None,
     ):

@@ -15,7 +15,7 @@ from pydrake.systems.framework import BasicVector, Context
 from scipy.linalg import lapack
 
 from drake_aerial.control.condensing import CondensedProblem
-from drake_aerial.control.controller import PERIOD, PayloadController
+from drake_aerial.control.controller import OFFSET, PERIOD, PayloadController
 from drake_aerial.control.disturbance import Disturbance, DisturbanceObserver
 from drake_aerial.control.field_of_view import view_penalty, view_violation
 from drake_aerial.control.flatness import Reference, ReferenceTable, disturbed, reference_table
@@ -28,7 +28,6 @@ from drake_aerial.control.tracking_error import deviation, deviation_jacobian, t
 from drake_aerial.control.trajectory import Trajectory
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import cross
-from drake_aerial.plant.scene import TIME_STEP
 
 Array = NDArray[np.float64]
 
@@ -151,7 +150,7 @@ class PayloadMpc(PayloadController):
         if not (isinstance(ticks_per_plan, int) and ticks_per_plan > 0):
             raise InputError(f"an MPC's ticks_per_plan must be a whole number from 1 up but got {ticks_per_plan!r}")
         ahead = ticks_per_plan * keywords.get("period", PERIOD)
-        self.horizon = horizon = Horizon(stages, step, ahead, keywords.get("offset", TIME_STEP))
+        self.horizon = horizon = Horizon(stages, step, ahead, keywords.get("offset", OFFSET))
         self.stages, self.step, self.field_of_view = len(horizon), step, field_of_view
         self.ticks_per_plan = ticks_per_plan
         self.observer = observer

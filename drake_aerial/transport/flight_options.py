@@ -23,6 +23,8 @@ from drake_aerial.plant.cable import CableParameters
 from drake_aerial.transport.beliefs import BELIEFS
 from drake_aerial.transport.station_parameters import StationParameters
 
+THOUGHT = 0.2
+"""Of a plant's step, what passes between a sample and the tick that reads it."""
 CONTROLLERS: dict[str, Callable[..., Any]] = {
     "mpc": PayloadMpc,
     "geometric_ff": lambda model, **options: GeometricController(model, feedforward=True, **options),
@@ -87,8 +89,8 @@ class FlightOptions:
         Those of this package, and classes derived from `PayloadController`, are told when to tick and how noisy positions are.
         """
         parameters = self.station_parameters
-        # A tick one plant step after each sample sees that sample.
-        matched = {"offset": parameters.step, "position_filter": PositionFilter(parameters.noise)}
+        # A tick within the plant's step after a sample sees that sample, and what it commands acts from the next step on.
+        matched = {"offset": THOUGHT * parameters.step, "position_filter": PositionFilter(parameters.noise)}
         given = self.controller_options or {}
         if isinstance(self.controller, ControllerParameters):
             return CONTROLLERS[self.controller.kind](model, **{**matched, **self.controller.options(), **given})

@@ -138,10 +138,12 @@ class FlightMonitor:
         if not math.isfinite(float(payload.sum()) + float(quadrotors.sum())):
             self.end("diverged", "the state is not finite", t)
         elif (self._attached & ~attached).any():
-            which = " and ".join(str(i + 1) for i in np.flatnonzero(self._attached & ~attached))
+            lost = [str(i + 1) for i in np.flatnonzero(self._attached & ~attached)]
             self._attached, self._dropped_at = attached, payload[4:7].copy()
-            of = f"gripper {which} of {station.n}" if station.n > 1 else "the gripper"
-            self.end("dropped", f"{of} was pulled off the payload", t)
+            which = "the gripper was" if station.n == 1 else f"gripper {lost[0]} of {station.n} was"
+            if len(lost) > 1:
+                which = f"grippers {' and '.join(lost)} of {station.n} were"
+            self.end("dropped", f"{which} pulled off the payload", t)
         elif error > self._max_error:
             self.end("diverged", f"the payload was {error:.1f} m from the reference", t)
         elif self.time is None and t > self._airborne and not self._flying(context):

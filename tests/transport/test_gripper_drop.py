@@ -85,7 +85,8 @@ def test_a_flight_whose_last_gripper_lets_go_is_over(box):
     result = rise(box, "inextensible", "geometric", (1.1, 1.1, 1.1))
     assert result.outcome == "dropped"
     after = result.metrics["after_drop"]
-    assert after is None or (after["outcome"], after["reason"][-24:]) == ("lost", "pulled off the payload"[-24:])
+    assert after is None or after["outcome"] == "lost"
+    assert after is None or after["reason"].endswith("pulled off the payload")
     over = result.metrics["outcome_time_s"] if after is None else after["time_s"]
     assert result.series["time"][-1] == pytest.approx(over + 0.5, abs=0.03)
     assert not result.series["attached"][-1].any()
