@@ -1,0 +1,28 @@
+"""The station's step, which goes by the kind of its cables."""
+
+import pytest
+
+from drake_aerial import StationParameters
+from drake_aerial.errors import InputError
+from drake_aerial.plant.cable import CableParameters
+
+
+@pytest.mark.parametrize(
+    ("cable", "step"),
+    [
+        (CableParameters(), 0.005),
+        (CableParameters("elastic"), 0.002),
+        ((CableParameters(), CableParameters(length=0.8)), 0.005),
+        ([CableParameters("elastic")] * 3, 0.002),
+    ],
+)
+def test_the_step_goes_by_the_kind_of_cable_unless_it_is_given(cable, step):
+    assert StationParameters(cable=cable).step == step
+    assert StationParameters(cable=cable, time_step=1e-3).step == 1e-3
+    assert StationParameters(cable=cable).with_cable_kind("elastic").step == 0.002
+
+
+def test_a_step_that_is_none_is_refused():
+    for bad in (0.0, -1e-3, float("nan")):
+        with pytest.raises(InputError, match="time_step"):
+            StationParameters(time_step=bad)
