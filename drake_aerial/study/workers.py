@@ -189,7 +189,11 @@ def hired(workers: int = 0, scheduler: str | None = None) -> Iterator[Workers]:
         "distributed.nanny.pre-spawn-environ": {
             **dask.config.get("distributed.nanny.pre-spawn-environ", {}),
             **one_thread,
+            # Dask has freed memory given back at once; a flight's is wanted again a moment later, and each page of it faults.
+            "MALLOC_TRIM_THRESHOLD_": str(2**27),
         },
+        # It stops a worker a hundred times a second to see what it is doing.
+        "distributed.worker.profile.enabled": False,
         # On a busy machine a flight may keep its worker from answering for long; one that dies is noticed at once anyway.
         "distributed.comm.timeouts.connect": "60s",
         "distributed.scheduler.worker-ttl": "1 hour",
