@@ -68,8 +68,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--flights", type=int, default=3)
+    parser.add_argument("--rows", nargs="+", choices=("contacts", "flights"), default=["contacts", "flights"])
     arguments = parser.parse_args()
-    n = arguments.seeds
+    if "contacts" in arguments.rows:
+        print_contacts(arguments.seeds)
+    if "flights" in arguments.rows:
+        print_flights(arguments.flights)
+
+
+def print_contacts(n: int) -> None:
+    """Print the table of contacts, n seeds each."""
     print(f"contacts, seeds {FIRST_SEED}..{FIRST_SEED + n - 1}, cm")
     contacts("task", n)
     contacts("task, full rotations compared", n, learning=LearningParameters(axial=False))
@@ -77,7 +85,10 @@ def main() -> None:
     contacts("paper", n, method="paper")
     contacts("paper, full rotations compared", n, method="paper", learning=LearningParameters(axial=False))
     contacts("paper, votes scaled", n, method="paper", transferring=TransferParameters(paper_scale=True))
-    n = arguments.flights
+
+
+def print_flights(n: int) -> None:
+    """Print the table of flights, n seeds each."""
     print(f"flights, seeds {FIRST_SEED}..{FIRST_SEED + n - 1}, cm")
     base = StationParameters()
     constant = TransportTrajectory(timing="constant")
