@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 
 from drake_aerial.cli.arguments import add_scan
+from drake_aerial.cli.progress import say
 
 
 def add_verb(verbs: argparse._SubParsersAction) -> None:
@@ -47,7 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
             cable_length=arguments.cable_length,
             port=arguments.port,
             open_browser=not arguments.no_browser,
-            tell=lambda url: print(f"click the contacts at {url} (Ctrl-C: give up)", file=sys.stderr, flush=True),
+            tell=lambda url: say(f"click the contacts at {url} (Ctrl-C: give up)"),
         )
     else:
         demonstration = draft.demonstration(

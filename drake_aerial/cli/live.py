@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import sys
 
+from drake_aerial.cli.progress import say
 from drake_aerial.errors import InputError
 
 
@@ -30,4 +30,4 @@ def live_is_wanted(arguments: argparse.Namespace) -> bool:
 
 def tell_address(url: str) -> None:
     """Say where Meshcat is."""
-    print(f"Meshcat is at {url} (Ctrl-C: stop)", file=sys.stderr, flush=True)
+    say(f"Meshcat is at {url} (Ctrl-C: stop)")

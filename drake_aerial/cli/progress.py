@@ -38,6 +38,12 @@ def progress_log(label: str, every: float = 60.0) -> Callable[[float, str], None
         nonlocal told
         if time.monotonic() - told >= every:
             told = time.monotonic()
-            print(f"{label}: {100 * fraction:.0f} %, {what}", file=sys.stderr, flush=True)
+            say(f"{label}: {100 * fraction:.0f} %, {what}")
 
     return update
+
+
+def say(line: str) -> None:
+    """Write a line on stderr, in one piece: what an interrupt has said after it begins on a line of its own."""
+    sys.stderr.write(f"{line}\n")
+    sys.stderr.flush()

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from drake_aerial.cli.answer import answer
 from drake_aerial.cli.arguments import add_json, positive_number, whole_number
-from drake_aerial.cli.progress import progress_bar, progress_log
+from drake_aerial.cli.progress import progress_bar, progress_log, say
 
 
 def add_verb(verbs: argparse._SubParsersAction) -> None:
@@ -56,12 +56,12 @@ def run(arguments: argparse.Namespace) -> int:
     where = (
         f"at {arguments.scheduler}" if arguments.scheduler else f"{workers} workers" if workers else "in this process"
     )
-    print(f"study {plan.name!r}: {plan.count} flights at most, {where}", file=sys.stderr)
+    say(f"study {plan.name!r}: {plan.count} flights at most, {where}")
     with progress_bar("study") as bar:
         progress = bar if sys.stderr.isatty() else progress_log("study")
         summary = run_study(plan, arguments.out, workers=workers, scheduler=arguments.scheduler, progress=progress)
         report = write_report(arguments.out, progress=progress) if summary.outcomes else None
     for complaint in (*summary.complaints, *summary.errors):
-        print(f"drake-aerial study: {complaint}", file=sys.stderr)
+        say(f"drake-aerial study: {complaint}")
     answer(arguments.json, summary.to_dict(), f"{summary}\n{report or 'no report: there are no records'}")
     return 1 if summary.errors else 0
