@@ -16,7 +16,7 @@ from pydrake.systems.framework import DiagramBuilder
 GRAVITY = 9.81
 """Drake's standard gravity [m/s^2], along -z."""
 TIME_STEP = 0.005
-"""Of a plant by default [s]: what the step itself does to a payload's flight is a millimetre (docs/flight.md)."""
+"""Of a plant by default [s]; docs/flight.md has what the step does to a flight."""
 ELASTIC_TIME_STEP = 0.002
 """Of one with elastic cables, whose force is explicit [s]."""
 CONTACT_STIFFNESS = 1e4

@@ -149,7 +149,7 @@ class TransportStation(Diagram):
         wanted = self.attitude.GetOutputPort("propeller_commands")
         self.hold: ZeroOrderHold | None = None
         if parameters.attitude_period != 0.0:
-            # One step after the controller's tick, which is one after the sensor's: it holds what follows from the newest sample.
+            # Two steps after the sensor: the controller's tick is over by then, and it holds what follows from the newest sample.
             hold = ZeroOrderHold(parameters.attitude_period, 4 * n, 2.0 * parameters.step)
             self.hold = builder.AddNamedSystem("attitude_hold", hold)
             builder.Connect(wanted, hold.get_input_port())

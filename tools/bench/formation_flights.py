@@ -36,7 +36,7 @@ AIRBORNE = TransportTrajectory.airborne()
 CONSTANT = TransportTrajectory.airborne(timing="constant", hover_time=2.0)
 # Steps that both kinds of cable allow.
 EXACT = StationParameters(noise=0.0, perception_period=0.01, time_step=0.002)
-# There force and moments are held for 10 ms. Sensor, law and hold follow one another by a step each, so steps are short.
+# There force and moments are held for 10 ms. The hold comes two steps after the sensor, so steps are short.
 PUBLISHED = replace(EXACT, attitude_period=0.01, time_step=0.0005, gripper=GripperParameters(mass=1e-6))
 
 
