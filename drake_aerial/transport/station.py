@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import ArrayLike
-from pydrake.common.eigen_geometry import Quaternion
 from pydrake.common.value import AbstractValue
-from pydrake.math import RigidTransform
-from pydrake.multibody.math import SpatialVelocity
 from pydrake.multibody.plant import ExternallyAppliedSpatialForceMultiplexer
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, OutputPort
 from pydrake.systems.primitives import ConstantVectorSource, Multiplexer, VectorLogSink, ZeroOrderHold
@@ -21,8 +16,8 @@ from drake_aerial.control.motor_lead import MotorLead
 from drake_aerial.control.take_off import FlightPhase
 from drake_aerial.control.trajectory import Trajectory
 from drake_aerial.errors import InputError
-from drake_aerial.geometry import Array, quat_from_two_vectors
-from drake_aerial.plant.cable import add_cable, check_elastic_step, tension_matrix
+from drake_aerial.geometry import Array
+from drake_aerial.plant.cable import add_cable
 from drake_aerial.plant.cable_forces import connect_cables
 from drake_aerial.plant.gripper import add_gripper
 from drake_aerial.plant.motor_lag import MotorLag
@@ -31,9 +26,9 @@ from drake_aerial.plant.payload_body import add_payload
 from drake_aerial.plant.quadrotor import add_quadrotor, connect_propellers
 from drake_aerial.plant.scene import GRAVITY, add_ground, add_plant
 from drake_aerial.plant.wind import Wind, connect_wind
-from drake_aerial.transport.beliefs import suspended_properties
-from drake_aerial.transport.lifting import check_lift, level_tensions
 from drake_aerial.transport.perception_system import PayloadPerception
+from drake_aerial.transport.starting_place import place_at_rest
+from drake_aerial.transport.station_check import check_station
 from drake_aerial.transport.station_parameters import StationParameters
 
 LOG_PERIOD = 0.01
@@ -77,7 +72,7 @@ class TransportStation(Diagram):
         contacts = np.asarray(p_LC, dtype=float).reshape(-1, 3)
         normals = np.broadcast_to(np.asarray(normal_L, dtype=float), contacts.shape)
         n = len(contacts)
-        _check(payload, contacts, parameters, force)
+        check_station(payload, contacts, parameters, force)
         self.payload, self.p_LC, self.parameters, self.n = payload, contacts, parameters, n
         self.controller = controller
         builder = DiagramBuilder()
@@ -252,32 +247,9 @@ class TransportStation(Diagram):
         -------
         The moved trajectory, or None.
         """
-        plant, plant_context = self.plant, self.plant.GetMyMutableContextFromRoot(context)
-        airborne = reference is not None and bool(reference.phases) and reference.phases[0].name != "ground"
         parameters = self.parameters
-        X_WL = RigidTransform([0.0, 0.0, self.payload_body.rest_height])
-        length = parameters.cable_lengths(self.n)
-        reach = length - parameters.initial_slack
-        carried = np.zeros(self.n)
-        if airborne:
-            mass, com, _ = suspended_properties(self.payload, self.p_LC, parameters.grippers(self.n))
-            X_WL = RigidTransform(X_WL.translation() + [0.0, 0.0, parameters.airborne_height])
-            if self.n == 1:
-                q = quat_from_two_vectors(_unit(com - self.p_LC[0]), [0.0, 0.0, -1.0])
-                X_WL = RigidTransform(Quaternion(q), X_WL.translation())
-            carried = level_tensions(self.p_LC - com, mass * GRAVITY)
-            reach = length
-            cables = parameters.cables(self.n)
-            if cables[0].kind == "elastic":
-                reach = reach + carried / [c.stiffness for c in cables]
-        poses = [(self.payload_body.body, X_WL)]
-        for quadrotor, contact, height in zip(self.quadrotors, self.p_LC, reach, strict=True):
-            poses.append((quadrotor.body, RigidTransform(X_WL @ contact + [0.0, 0.0, height])))
-        for body, pose in poses:
-            plant.SetFreeBodyPose(plant_context, body, pose)
-            plant.SetFreeBodySpatialVelocity(plant_context, body, SpatialVelocity(np.zeros(3), np.zeros(3)))
-        for cable in self.cables:
-            cable.place(plant, plant_context)
+        airborne = reference is not None and bool(reference.phases) and reference.phases[0].name != "ground"
+        p_WL, carried = place_at_rest(self, context, airborne)
         self.perception.set_seed(self.perception.GetMyMutableContextFromRoot(context), seed)
         if self.wind is not None:
             self.wind.set_seed(self.wind.GetMyMutableContextFromRoot(context), seed)
@@ -296,7 +268,7 @@ class TransportStation(Diagram):
             self.hold.SetVectorState(self.hold.GetMyMutableContextFromRoot(context), squares)
         if reference is None:
             return None
-        moved = reference.starting_at(X_WL.translation())
+        moved = reference.starting_at(p_WL)
         if self.HasInputPort("controller.reference"):
             self.GetInputPort("controller.reference").FixValue(context, AbstractValue.Make(moved))
         return moved
@@ -347,40 +319,3 @@ def make_transport_station(
     (1, 3)
     """
     return TransportStation(payload, p_LC, normal_L, controller, parameters or StationParameters(), force)
-
-
-def _unit(vector: Array) -> Array:
-    size = float(np.linalg.norm(vector))
-    return vector / size if size > 1e-9 else np.array([0.0, 0.0, -1.0])
-
-
-def _check(payload: Payload, contacts: Array, parameters: StationParameters, force: bool) -> None:
-    n = len(contacts)
-    if n == 0 or not np.isfinite(contacts).all():
-        raise InputError(f"contacts of shape {contacts.shape} given; (n, 3) finite numbers, n >= 1, accepted")
-    if not (np.isfinite(parameters.step) and 0.0 < parameters.step <= 0.01):
-        raise InputError(f"a time step of {parameters.step!r} s; above 0 and at most 0.01 s accepted")
-    held = parameters.attitude_period
-    if not (held == 0.0 or (np.isfinite(held) and held >= parameters.step)):
-        raise InputError(
-            f"an attitude period of {held!r} s; 0, or at least the plant's step {parameters.step:g} s accepted"
-        )
-    shortest = float(parameters.cable_lengths(n).min())
-    if not 0.0 <= parameters.initial_slack < 0.9 * shortest:
-        raise InputError(
-            f"an initial slack of {parameters.initial_slack!r} m; at least 0 and less than 0.9 of the shortest cable's "
-            f"{shortest:g} m accepted"
-        )
-    quadrotors, cables = parameters.quadrotors(n), parameters.cables(n)
-    mass, com, inertia = suspended_properties(payload, contacts, parameters.grippers(n))
-    if not force:
-        check_lift(payload, contacts - com, mass, quadrotors, cables)
-    if cables[0].kind == "elastic":
-        down = np.tile([0.0, 0.0, -1.0], (n, 1))
-        masses = np.array([quadrotor.mass for quadrotor in quadrotors])
-        matrix = tension_matrix(masses, mass, inertia, contacts - com, down)
-        # Unequal cables are as stable as equal ones of the largest values at least.
-        stiffest = replace(
-            cables[0], stiffness=max(c.stiffness for c in cables), damping=max(c.damping for c in cables)
-        )
-        check_elastic_step(stiffest, parameters.step, float(np.linalg.eigvalsh(matrix).max()))
