@@ -129,11 +129,16 @@ class PayloadController(LeafSystem):
         discrete.get_mutable_vector(self._filter_index).SetFromVector(filtered)
         before = context.get_discrete_state(self._phase_index).value()
         law = context.get_discrete_state(self._memory_index).value().copy()
-        if before[0] >= _FLYING and self._nothing_new(context, payload, quadrotors, cables) and self._hold(law):
+        calm = before[0] >= _FLYING and self._nothing_new(context, payload, quadrotors, cables)
+        if calm and self._hold(law):
             discrete.get_mutable_vector(self._memory_index).SetFromVector(law)
             return
         reference: Trajectory = self._reference.Eval(context)
         seen = observe(payload, quadrotors, cables)._replace(p=filtered[0:3])
+        last = context.get_discrete_state(self._thrust_index).value().reshape(-1, 3)
+        if calm:
+            self._command(discrete, self._fly(t, seen, reference, last, law), law)
+            return
         grounded = bool(reference.phases) and reference.phases[0].name == "ground"
         losses, fresh = self._losses(context, before[0] >= _FLYING, seen)
         noise = self.position_filter.position_noise
@@ -141,7 +146,6 @@ class PayloadController(LeafSystem):
         # Whoever lost a gripper before it flew does not fly any more.
         phase = before if losses.lost.any() else following
         flying = bool(phase[0] >= _FLYING)
-        last = context.get_discrete_state(self._thrust_index).value().reshape(-1, 3)
         law *= not fresh
         thrust = None
         discrete.get_mutable_vector(self._phase_index).SetFromVector(phase)
@@ -153,8 +157,11 @@ class PayloadController(LeafSystem):
             thrust = self.take_off.thrust(model, phase, t, seen, sample, sample.p - reference.start)
         if thrust is None:
             thrust = self._fly(t, seen, reference, last, law)
+        self._command(discrete, thrust, law)
+
+    def _command(self, discrete: DiscreteValues, thrust: Array, law: Array) -> None:
         discrete.get_mutable_vector(self._memory_index).SetFromVector(law)
-        discrete.get_mutable_vector(self._thrust_index).SetFromVector(limited(model, thrust).ravel())
+        discrete.get_mutable_vector(self._thrust_index).SetFromVector(limited(self.model, thrust).ravel())
 
     def _nothing_new(self, context: Context, *samples: Array) -> bool:
         """Return whether samples are numbers, and every gripper holds and always has."""

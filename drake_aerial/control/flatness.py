@@ -224,6 +224,11 @@ class ReferenceTable:
     ----------
     model : PayloadModelParameters
     trajectory : Trajectory
+
+    Attributes
+    ----------
+    inputs : slice
+        Where rows hold u.
     """
 
     def __init__(self, model: PayloadModelParameters, trajectory: Trajectory):
@@ -232,14 +237,23 @@ class ReferenceTable:
         self._rows = np.concatenate([field.reshape(len(table.p), -1) for field in table], axis=1)
         splits = np.cumsum([0] + [int(np.prod(s)) for s in shapes]).tolist()
         self._fields = [(slice(a, b), shape) for a, b, shape in zip(splits, splits[1:], shapes)]
+        self.inputs = self._fields[Reference._fields.index("u")][0]
 
     def at(self, t: ArrayLike) -> Reference:
         """Return the reference at times t (B,) [s]; beyond the table it rests at its ends."""
+        return self.unpack(self.rows(t))
+
+    def rows(self, t: ArrayLike) -> Array:
+        """Return the same as rows, to be picked from and unpacked."""
         last = len(self._rows) - 1.0
         place = np.minimum(np.maximum(np.asarray(t, float) * (1.0 / GRID) + _MARGIN, 0.0), last)
         low = np.minimum(place.astype(int), len(self._rows) - 2)
         rows = self._rows[low]
         rows += (place - low)[:, None] * (self._rows[low + 1] - rows)
+        return rows
+
+    def unpack(self, rows: Array) -> Reference:
+        """Return the reference that rows hold."""
         return Reference(*[rows[:, part].reshape(-1, *shape) for part, shape in self._fields])
 
 

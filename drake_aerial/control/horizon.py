@@ -102,7 +102,7 @@ def unpack(rows: Array, n: int) -> PayloadState:
 
 def normalized(x: PayloadState) -> PayloadState:
     """Return blended neighbouring states back on their manifold: as good as the geodesic, they are close."""
-    R = 1.5 * x.R - 0.5 * x.R @ np.swapaxes(x.R, 1, 2) @ x.R
-    xi = x.xi / np.sqrt(np.einsum("bij,bij->bi", x.xi, x.xi))[:, :, None]
-    w = x.w - xi * np.einsum("bij,bij->bi", xi, x.w)[:, :, None]
+    R = 1.5 * x.R - 0.5 * x.R @ x.R.mT @ x.R
+    xi = x.xi / np.sqrt(np.vecdot(x.xi, x.xi))[:, :, None]
+    w = x.w - xi * np.vecdot(xi, x.w)[:, :, None]
     return x._replace(R=R, xi=xi, w=w)

@@ -153,6 +153,7 @@ class PayloadMpc(PayloadController):
         self.horizon = horizon = Horizon(stages, step, ahead, keywords.get("offset", OFFSET))
         self.stages, self.step, self.field_of_view = len(horizon), step, field_of_view
         self.ticks_per_plan = ticks_per_plan
+        self._ahead = np.arange(horizon.ends[-1] + 1)
         self.observer = observer
         self.weights = weights or MpcWeights()
         self.integral_gain, self.integral_limit = integral_gain, integral_limit
@@ -215,9 +216,10 @@ class PayloadMpc(PayloadController):
             if self._counted(memory) and all(np.isfinite(field).all() for field in seen):
                 return thrust
         table = reference_table(self.model, reference)
-        fine = table.at(t + h * np.arange(horizon.ends[-1] + 1))
-        desired = Reference(*(field[horizon.ends] for field in fine))
-        desired.u[:N] = (horizon.means @ fine.u[:-1].reshape(-1, 3 * n)).reshape(N, n, 3)
+        fine = table.rows(t + h * self._ahead)
+        rows = fine[horizon.ends]
+        rows[:N, table.inputs] = horizon.means @ fine[:-1, table.inputs]
+        desired = table.unpack(rows)
         plan = memory[_HEADER : self._plan_end]
         if pushed is not None:
             desired = disturbed(self.model, reference.yaw, desired, pushed.wrench)
@@ -285,13 +287,13 @@ class PayloadMpc(PayloadController):
         discrete = change_chart(repeated(discretize(linear, self.step), horizon.units), first, E[:N], last, E[1:])
         e = deviation(self.model, x, desired, E)
         C = deviation_jacobian(self.model, x)
-        CT = np.swapaxes(C, 1, 2)
+        CT = C.mT
         Q, q = self._weights.copy(), horizon.shares[:, None] * self._Q * e
         Q[:N, :12, :12] = CT[:N] @ ((horizon.shares[:N, None] * self._Q[:12])[:, :, None] * C[:N])
         Q[N], q[N] = P, P @ e[N]
         Q[N, :12] = CT[N] @ P[:12]
         Q[N, :, :12] = Q[N, :, :12] @ C[N]
-        q[:, :12] = (q[:, None, :12] @ C)[:, 0]
+        q[:, :12] = np.vecmat(q[:, :12], C)
         if self.field_of_view is not None:
             aimed = x if pushed is None else x._replace(F=x.F - pushed.on_quadrotors)
             violation, J = view_violation(self.model, aimed, E, 0.5 * self.field_of_view)

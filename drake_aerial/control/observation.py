@@ -55,7 +55,7 @@ class Observation(NamedTuple):
             p=self.p + time * self.v,
             R=1.5 * (R := self.R @ turn) - 0.5 * R @ R.T @ R,
             p_WQ=self.p_WQ + time * self.v_WQ,
-            xi=xi / np.sqrt((xi * xi).sum(-1, keepdims=True)),
+            xi=xi / np.sqrt(np.vecdot(xi, xi))[:, None],
         )
 
     def of_quadrotors(self, index: NDArray[np.intp]) -> Observation:
@@ -69,7 +69,7 @@ def observe(payload: Array, quadrotors: Array, cables: Array) -> Observation:
     quadrotors, cables = quadrotors.reshape(-1, 13), cables.reshape(-1, 6)
     R = rotation(payload[0:4])
     xi, rate = cables[:, 0:3], cables[:, 3:6]
-    xi = xi / np.sqrt(np.einsum("ij,ij->i", xi, xi))[:, None]
+    xi = xi / np.sqrt(np.vecdot(xi, xi))[:, None]
     w, x, y, z = quadrotors[:, 0:4].T
     z_WQ = np.empty((len(quadrotors), 3))
     z_WQ[:, 0] = 2 * (x * z + w * y)
@@ -84,7 +84,7 @@ def observe(payload: Array, quadrotors: Array, cables: Array) -> Observation:
         quadrotors[:, 10:13],
         z_WQ,
         xi,
-        rate - xi * np.einsum("ij,ij->i", xi, rate)[:, None],
+        rate - xi * np.vecdot(xi, rate)[:, None],
     )
 
 

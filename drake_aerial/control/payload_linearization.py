@@ -18,7 +18,7 @@ from drake_aerial.control.payload_model import (
     tangent_basis,
 )
 from drake_aerial.control.payload_parameters import PayloadModelParameters
-from drake_aerial.control.vectors import skew
+from drake_aerial.control.vectors import skew, vee
 
 Array = NDArray[np.float64]
 
@@ -81,7 +81,7 @@ def linearize(
     tilt = np.empty_like(E)  # d xi / d alpha
     tilt[..., 0] = -E[..., 1]
     tilt[..., 1] = E[..., 0]
-    RT = np.swapaxes(x.R, 1, 2)
+    RT = x.R.mT
     eta = x.xi @ x.R
     arm = model.arm_matrices
     pull = (T * arm) @ skew(eta)  # T [a]x [eta]x: minus its sum is d(moment)/d(theta)
@@ -96,9 +96,9 @@ def linearize(
     X[:, 0:3, :iB] = model.inertia_inverse @ N[:, :, :iB]
     X[:, 3:6, iA:iB] = np.swapaxes(tilt * (T / -model.mass), 1, 2).reshape(B, 3, 2 * n)
     X_T = np.empty((B, 6, n))
-    S = (arm @ eta[..., None])[..., 0]
-    X_T[:, 0:3] = -np.swapaxes(S @ model.inertia_inverse, 1, 2)
-    X_T[:, 3:6] = np.swapaxes(x.xi, 1, 2) / -model.mass
+    S = np.matvec(arm, eta)
+    X_T[:, 0:3] = -(S @ model.inertia_inverse).mT
+    X_T[:, 3:6] = x.xi.mT / -model.mass
 
     # Accelerations of the contacts: G_i = a_cm + R (W' x a_i + W x (W x a_i)).
     levers = np.empty((B, n, 3, 6))
@@ -114,8 +114,9 @@ def linearize(
 
     # How the tensions follow.
     residual = -(x.xi[:, :, None] @ G.reshape(B, n, 3, ny))[:, :, 0]
-    by_tilt = (d.q[:, :, None] @ tilt)[:, :, 0] * -l[:, None]
-    spin = (x.w[:, :, None] @ E)[:, :, 0]
+    turning = np.vecmat(d.q, tilt)
+    by_tilt = turning * -l[:, None]
+    spin = np.vecmat(x.w, E)
     by_spin = spin * (-2.0 * l[:, None])
     by_thrust = x.xi / m[:, None]
     own_blocks(residual[:, :, None], iA, 2)[:, :, 0] += by_tilt
@@ -132,7 +133,7 @@ def linearize(
     A_y[:, 3:6] = X[:, 0:3]
     q_y = G.reshape(B, n, 3, ny) / l[:, None, None] + by_thrusts
     own_blocks(q_y, iA, 2)[:] += skew(d.q) @ E
-    tiltT = np.swapaxes(tilt, -1, -2)
+    tiltT = tilt.mT
     # Transport of w along the sphere: the chart's curvature, of second order in the cable's rate.
     normal = np.empty((B, n, 2))
     normal[..., 0] = -spin[..., 1]
@@ -149,7 +150,7 @@ def linearize(
             d.W,
             d.dW,
             spin.reshape(B, 2 * n),
-            (tiltT @ d.q[..., None]).reshape(B, 2 * n),
+            turning.reshape(B, 2 * n),
             d.dF.reshape(B, 3 * n),
         ],
         axis=1,
@@ -283,8 +284,8 @@ def change_chart(discrete: DiscreteModel, x: PayloadState, E: Array, y: PayloadS
     drift[:, 9:12] += x.W - y.W
     drift[:, c + 2 * n :] += (x.F - y.F).reshape(B, 3 * n)
     # exp(d) = exp(phi) exp(c) with phi the rotation from x to y: c = J_r(phi) (d - phi) near y.
-    turned = np.swapaxes(x.R, 1, 2) @ y.R
-    phi = _arc(0.5 * (turned[:, (2, 0, 1), (1, 2, 0)] - turned[:, (1, 2, 0), (2, 0, 1)]))
+    turned = x.R.mT @ y.R
+    phi = _arc(vee(turned))
     K = skew(phi)
     turn = K @ K
     turn /= 6
@@ -293,23 +294,23 @@ def change_chart(discrete: DiscreteModel, x: PayloadState, E: Array, y: PayloadS
     drift[:, 6:9] -= phi
     flow[:, 6:9] = turn @ flow[:, 6:9]
     # Cables: where y lies in the chart at x, and how the bases turn on the way there (along the shortest arc from one to the other).
-    to_y = (y.xi[:, :, None] @ E)[:, :, 0]
-    to_x = (x.xi[:, :, None] @ E_y)[:, :, 0]
-    cosine = (x.xi * y.xi).sum(-1)[:, :, None]
-    frame = np.swapaxes(E_y, -1, -2) @ E
+    to_y = np.vecmat(y.xi, E)
+    to_x = np.vecmat(x.xi, E_y)
+    cosine = np.vecdot(x.xi, y.xi)[:, :, None]
+    frame = E_y.mT @ E
     frame -= to_x[..., :, None] * (to_y / (1.0 + cosine))[..., None, :]
     place = np.empty_like(to_y)
     place[..., 0] = -to_y[..., 1]
     place[..., 1] = to_y[..., 0]
     drift[:, 12:c] -= _arc(place).reshape(B, 2 * n)
-    drift[:, c : c + 2 * n] += (x.w[:, :, None] @ E).reshape(B, 2 * n)
+    drift[:, c : c + 2 * n] += np.vecmat(x.w, E).reshape(B, 2 * n)
     block = flow[:, 12 : c + 2 * n].reshape(B, 2, n, 2, -1)
     np.matmul(frame[:, None], block.copy(), out=block)
-    drift[:, c : c + 2 * n] -= (y.w[:, :, None] @ E_y).reshape(B, 2 * n)
+    drift[:, c : c + 2 * n] -= np.vecmat(y.w, E_y).reshape(B, 2 * n)
     return discrete
 
 
 def _arc(sine: Array) -> Array:
     """Return rotation vectors (..., 3) of which `sine` has the axis times the sine, for angles well below one."""
-    s = (sine * sine).sum(-1, keepdims=True)
+    s = np.vecdot(sine, sine)[..., None]
     return sine * (1.0 + s * (1 / 6 + s * (3 / 40 + s * (15 / 336))))

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_aerial.control.payload_parameters import GRAVITY, PayloadModelParameters
-from drake_aerial.control.vectors import cross, skew
+from drake_aerial.control.vectors import cross, skew, vee
 from drake_aerial.geometry import quat_from_matrix, quat_log
 
 Array = NDArray[np.float64]
@@ -100,49 +100,42 @@ def derivative(
     M, J, Jinv, a = model.mass, model.inertia, model.inertia_inverse, model.arms
     m, l = model.quadrotor_mass, model.cable_length
     eta = x.xi @ x.R
-    S = (model.arm_matrices @ eta[..., None])[..., 0]
+    S = np.matvec(model.arm_matrices, eta)
     Wx = skew(x.W)
-    gyro = -(Wx @ (x.W @ J)[:, :, None])[:, :, 0]
+    gyro = -np.matvec(Wx, x.W @ J)
     if wrench is not None:
         gyro = gyro + wrench[3:6]
-    centripetal = np.swapaxes(Wx @ (Wx @ a.T), 1, 2)
-    D = x.xi @ np.swapaxes(x.xi, 1, 2) / M + (S @ Jinv) @ np.swapaxes(S, 1, 2) + model.inverse_masses
-    rhs = (
-        l * np.einsum("bij,bij->bi", x.w, x.w)
-        - np.einsum("bij,bij->bi", x.xi, x.F) / m
-        + np.einsum("bij,bij->bi", eta, centripetal)
-        + (S @ (gyro @ Jinv)[:, :, None])[:, :, 0]
-    )
+    centripetal = (Wx @ (Wx @ a.T)).mT
+    D = x.xi @ x.xi.mT / M + (S @ Jinv) @ S.mT + model.inverse_masses
+    rhs = l * np.vecdot(x.w, x.w) - np.vecdot(x.xi, x.F) / m + np.vecdot(eta, centripetal) + np.matvec(S, gyro @ Jinv)
     if wrench is not None:
         rhs += x.xi @ (wrench[0:3] / M)
     # Well conditioned: 1/m is on the diagonal of D.
     inverse = np.linalg.inv(D).astype(float, copy=False) if model.n > 1 else 1.0 / D
-    T = inverse @ rhs[:, :, None]
-    acceleration = np.einsum("bij,bik->bj", x.xi, T) / -M
+    T = np.matvec(inverse, rhs)
+    acceleration = np.vecmat(T, x.xi) / -M
     if wrench is not None:
         acceleration += wrench[0:3] / M
-    dW = (gyro - np.einsum("bij,bik->bj", S, T)) @ Jinv
-    arm = np.swapaxes(skew(dW) @ a.T, 1, 2) + centripetal
-    q = (acceleration[:, None] + arm @ np.swapaxes(x.R, 1, 2) - x.F / m[:, None]) / l[:, None]
+    dW = (gyro - np.vecmat(T, S)) @ Jinv
+    arm = (skew(dW) @ a.T).mT + centripetal
+    q = (acceleration[:, None] + arm @ x.R.mT - x.F / m[:, None]) / l[:, None]
     acceleration[:, 2] -= GRAVITY
-    return PayloadDerivative(
-        x.v, acceleration, x.W, dW, x.xi, x.w, (u - x.F) / model.thrust_lag, T[:, :, 0], q, arm, inverse
-    )
+    return PayloadDerivative(x.v, acceleration, x.W, dW, x.xi, x.w, (u - x.F) / model.thrust_lag, T, q, arm, inverse)
 
 
 def rotation_exp(theta: Array) -> Array:
     """Return the rotation matrices (B, 3, 3) of rotation vectors (B, 3) [rad]."""
     K = skew(theta)
     # What is added keeps the quotients of zero by zero at their limit, 1.
-    angle = np.sqrt(np.einsum("bi,bi->b", theta, theta) + _TINY)[:, None, None]
+    angle = np.sqrt(np.vecdot(theta, theta) + _TINY)[:, None, None]
     half = 0.5 * angle
     return np.eye(3) + np.sin(angle) / angle * K + 0.5 * (np.sin(half) / half) ** 2 * (K @ K)
 
 
 def rotation_log(R: Array) -> Array:
     """Return the rotation vectors (B, 3) [rad] of rotation matrices (B, 3, 3)."""
-    axis = 0.5 * (R[:, (2, 0, 1), (1, 2, 0)] - R[:, (1, 2, 0), (2, 0, 1)])
-    sine = np.sqrt((axis * axis).sum(-1))
+    axis = vee(R)
+    sine = np.sqrt(np.vecdot(axis, axis))
     cosine = 0.5 * (R[:, 0, 0] + R[:, 1, 1] + R[:, 2, 2] - 1.0)
     if cosine.min(initial=1.0) < -0.5:  # too near a half turn for the antisymmetric part
         return quat_log(quat_from_matrix(R))
@@ -179,15 +172,15 @@ def retract(x: PayloadState, delta: Array, E: Array | None = None) -> PayloadSta
     B, n = x.xi.shape[:2]
     E = tangent_basis(x.xi) if E is None else E
     turn = delta[:, 12 : 12 + 2 * n].reshape(B, n, 2)
-    angle = np.sqrt(np.einsum("bij,bij->bi", turn, turn) + _TINY)[:, :, None]
-    across = np.empty((B, n, 2, 1))  # rho x xi for rho = E turn, E being right-handed
-    across[:, :, 0, 0] = turn[:, :, 1]
-    across[:, :, 1, 0] = -turn[:, :, 0]
+    angle = np.sqrt(np.vecdot(turn, turn) + _TINY)[:, :, None]
+    across = np.empty((B, n, 2))  # rho x xi for rho = E turn, E being right-handed
+    across[:, :, 0] = turn[:, :, 1]
+    across[:, :, 1] = -turn[:, :, 0]
     cosine = np.cos(angle)
-    xi = cosine * x.xi + np.sin(angle) / angle * (E @ across)[..., 0]
-    w = x.w + (E @ delta[:, 12 + 2 * n : 12 + 4 * n].reshape(B, n, 2, 1))[..., 0]
+    xi = cosine * x.xi + np.sin(angle) / angle * np.matvec(E, across)
+    w = x.w + np.matvec(E, delta[:, 12 + 2 * n : 12 + 4 * n].reshape(B, n, 2))
     # Transported with the direction; shorter than `transport`, since w is perpendicular to x.xi.
-    w -= np.einsum("bij,bij->bi", xi, w)[:, :, None] / (1.0 + cosine) * (x.xi + xi)
+    w -= np.vecdot(xi, w)[:, :, None] / (1.0 + cosine) * (x.xi + xi)
     return PayloadState(
         x.p + delta[:, 0:3],
         x.v + delta[:, 3:6],

@@ -24,22 +24,22 @@ def deviation(model: PayloadModelParameters, x: PayloadState, desired: Reference
     """Return e (B, nx) of states x from a reference; E (B, n, 3, 2) are the tangent bases at x."""
     B, n = x.xi.shape[:2]
     c = model.p_LLcm
-    omega = (x.R @ x.W[:, :, None])[:, :, 0]
+    omega = np.matvec(x.R, x.W)
     arm = x.R @ c
     if n == 1:
-        held = (desired.pull[:, None] @ desired.R)[:, 0]  # the axis of L that should point along the pull
-        theta = cross(desired.pull, (x.R @ held[:, :, None])[:, :, 0])
+        held = np.vecmat(desired.pull, desired.R)  # the axis of L that should point along the pull
+        theta = cross(desired.pull, np.matvec(x.R, held))
     else:
-        theta = (desired.R @ rotation_log(np.swapaxes(desired.R, 1, 2) @ x.R)[:, :, None])[:, :, 0]
-    cables = np.stack([cross(desired.xi, x.xi), x.w - desired.w], axis=1)
-    local = (cables[:, :, :, None] @ E[:, None]).reshape(B, 4 * n)
+        theta = np.matvec(desired.R, rotation_log(desired.R.mT @ x.R))
+    turn, spin = np.vecmat(cross(desired.xi, x.xi), E), np.vecmat(x.w - desired.w, E)
     return np.concatenate(
         [
             x.p - arm - desired.p,
             x.v - cross(omega, arm) - desired.v,
             theta,
             omega - desired.omega,
-            local,
+            turn.reshape(B, 2 * n),
+            spin.reshape(B, 2 * n),
             (x.F - desired.F).reshape(B, 3 * n),
         ],
         axis=1,
@@ -50,9 +50,9 @@ def deviation_jacobian(model: PayloadModelParameters, x: PayloadState) -> Array:
     """Return the first twelve rows and columns (B, 12, 12) of de/d(error state) at x; the rest is the identity."""
     C = np.zeros((len(x.p), 12, 12))
     C[:, 0:6, 0:6] = np.eye(6)
-    Wc = cross(x.W, model.p_LLcm)
-    stack = skew(np.stack([np.broadcast_to(model.p_LLcm, x.W.shape), Wc, -x.W], axis=1))
-    turned = x.R[:, None] @ stack
+    levers = np.empty((len(x.p), 3, 3))
+    levers[:, 0], levers[:, 1], levers[:, 2] = model.p_LLcm, cross(x.W, model.p_LLcm), -x.W
+    turned = x.R[:, None] @ skew(levers)
     C[:, 0:3, 6:9] = C[:, 3:6, 9:12] = turned[:, 0]
     C[:, 3:6, 6:9] = turned[:, 1]
     C[:, 6:9, 6:9] = C[:, 9:12, 9:12] = x.R

@@ -17,7 +17,12 @@ def skew(v: Array) -> Array:
     return (v.reshape(-1, 3) @ _LEVI_CIVITA).reshape(*v.shape, 3)
 
 
+def vee(M: Array) -> Array:
+    """Return the vectors v (B, 3) with [v]x the antisymmetric part of matrices M (B, 3, 3)."""
+    return 0.5 * (M.reshape(-1, 9) @ _LEVI_CIVITA.T)
+
+
 def cross(a: Array, b: Array) -> Array:
     """Return the cross products (..., 3) of a and b (..., 3), which broadcast."""
-    product: Array = (skew(a) @ b[..., None])[..., 0]
+    product: Array = np.matvec(skew(a), b)
     return product
