@@ -4,7 +4,8 @@
 A flight is the transport task (25 s: lift, approach, two turns of a 1 m circle in 12 s, 5 s of hover, 1 cm of noise on the measured position)
 of the box 68x61x28 by the MPC that knows the centre of mass. It is flown once as it is, for speed and the MPC's step, and once with
 a clock around every part. The bare step is that of a plant with the same bodies, cables and geometries and nothing else but constant forces,
-from states of that flight. All times are CPU times of the one thread that flies.
+from states of that flight. Beside it stands a step of the station without a controller: the same plant with its propellers, cables, attitude
+loop, sensors and logs, hanging still under constant thrusts. All times are CPU times of the one thread that flies.
 
     tools/run python tools/bench/profile_flight.py
     tools/run python tools/bench/profile_flight.py --n 3 --seed 7
@@ -30,6 +31,7 @@ import drake_aerial.control.controller as controller
 import drake_aerial.control.mpc as mpc
 import drake_aerial.transport.flight as flight
 from drake_aerial.control.attitude import AttitudeController
+from drake_aerial.control.trajectory import HoverTrajectory
 from drake_aerial.plant.cable import add_cable
 from drake_aerial.plant.cable_forces import CableTensions, GripperRelease
 from drake_aerial.plant.gripper import add_gripper
@@ -39,7 +41,7 @@ from drake_aerial.plant.quadrotor import add_quadrotor
 from drake_aerial.plant.scene import GRAVITY, add_ground, add_plant
 from drake_aerial.transport.outcome import FlightMonitor
 from drake_aerial.transport.perception_system import PayloadPerception
-from drake_aerial.transport.station import TransportStation
+from drake_aerial.transport.station import TransportStation, make_transport_station
 from drake_aerial.transport.station_parameters import StationParameters
 from drake_aerial.transport.suspension import Suspension
 
@@ -149,10 +151,10 @@ def profile(n: int, seed: int, options: dict[str, Any]) -> None:
     outside = sum(clock.seconds[label] for label in order if label.startswith(("prepare", "series")))
     plant = (sum(clock.seconds.values()) - control - outside) / steps
     print(f"  {'sum (with the clock on)':<40}{'':>7}{'':>9}{sum(clock.seconds.values()):>7.2f}")
-    print(
-        f"  step of the plant: bare {1e6 * bare:.0f} us, with our systems {1e6 * plant:.0f} us, {plant / bare:.2f} times (wanted 1.5)",
-        flush=True,
-    )
+    station = station_step(n)
+    print(f"  step of the plant: bare {1e6 * bare:.0f} us")
+    print(f"    with our systems, no controller {1e6 * station:.0f} us, {station / bare:.2f} times (wanted 1.5)")
+    print(f"    in flight, all but the controller {1e6 * plant:.0f} us, {plant / bare:.2f} times", flush=True)
 
 
 def make_flight(n: int, options: dict[str, Any]) -> flight.Flight:
@@ -215,6 +217,25 @@ def bare_step(n: int, states: list[np.ndarray], steps: int = 100) -> float:
         simulator.AdvanceTo(context.get_time() + steps * parameters.step)
         times.append((time.thread_time() - began) / steps)
     return float(np.median(times))
+
+
+def station_step(n: int, seconds: float = 1.0, times: int = 8) -> float:
+    """Return the CPU seconds of a step of the station whose thrusts are constant, no controller inside."""
+    suspension = Suspension.hang(Payload.read("box_68x61x28"), CONTACTS[n], [[0.0, 0.0, 1.0]] * n)
+    station = make_transport_station(suspension.payload, suspension.p_LC, suspension.normal_L)
+    spent = []
+    for _ in range(times):
+        simulator = Simulator(station)
+        context = simulator.get_mutable_context()
+        station.place(context, reference=HoverTrajectory())
+        weight = GRAVITY * station.plant.CalcTotalMass(station.plant.GetMyContextFromRoot(context))
+        lift = np.tile([0.0, 0.0, weight / n], n)
+        station.GetInputPort("attitude.thrust_vectors").FixValue(context, lift)
+        simulator.Initialize()
+        began = time.thread_time()
+        simulator.AdvanceTo(seconds)
+        spent.append((time.thread_time() - began) * station.parameters.step / seconds)
+    return float(np.median(spent))
 
 
 def _push(plant: MultibodyPlant, context: Any, quadrotors: list, size: float) -> list[ExternallyAppliedSpatialForce]:
