@@ -10,7 +10,17 @@ import drake_aerial
 PACKAGE = Path(drake_aerial.__file__).parent
 
 # What each room may import from. `plant` and `control` stand on perception alone, never on learning or transfer.
-GROUND = {"errors", "geometry", "model_files", "files", "strict_yaml", "typed_yaml", "blas_threads", "archives"}
+GROUND = {
+    "errors",
+    "geometry",
+    "model_files",
+    "files",
+    "strict_yaml",
+    "typed_yaml",
+    "blas_threads",
+    "cores",
+    "archives",
+}
 ALLOWED = {
     "perception": GROUND,
     "density": GROUND | {"perception"},

@@ -1,0 +1,78 @@
+"""Work spread over the cores of the machine, with a result that does not depend on how many there are."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections import deque
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
+
+_T = TypeVar("_T")
+
+_pool: ThreadPoolExecutor | None = None
+_lock = threading.Lock()
+
+
+def cores() -> int:
+    """Return how many threads compute at a time: OMP_NUM_THREADS if it is set, else the cores this process may use."""
+    wanted = os.environ.get("OMP_NUM_THREADS", "").split(",")[0].strip()
+    if wanted.isdecimal() and int(wanted) > 0:
+        return int(wanted)
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def for_each(function: Callable[[_T], None], items: Sequence[_T]) -> None:
+    """Call a function with every item, several at a time, in no particular order.
+
+    It pays where most of the time is spent in array operations, which let other threads run. Calls must not depend on
+    each other, and what an item is must not depend on the number of cores: then neither does the result.
+    """
+    helpers = min(cores(), len(items)) - 1
+    if helpers < 1:
+        for item in items:
+            function(item)
+        return
+    waiting = deque(items)
+
+    def work() -> None:
+        while True:
+            try:
+                item = waiting.popleft()
+            except IndexError:
+                return
+            function(item)
+
+    futures = [_threads().submit(work) for _ in range(helpers)]
+    try:
+        work()
+    finally:
+        # After an error nothing more is begun. Helpers that have not begun, because others keep the threads busy, have
+        # nothing left to do.
+        waiting.clear()
+        begun = [future for future in futures if not future.cancel()]
+        errors = [future.exception() for future in begun]
+    for error in errors:
+        if error is not None:
+            raise error
+
+
+def _threads() -> ThreadPoolExecutor:
+    global _pool
+    with _lock:
+        if _pool is None:
+            _pool = ThreadPoolExecutor(max(cores() - 1, 1), thread_name_prefix="drake_aerial")
+        return _pool
+
+
+def _forget() -> None:
+    """A forked process has none of its parent's threads."""
+    global _pool, _lock
+    _pool, _lock = None, threading.Lock()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget)
