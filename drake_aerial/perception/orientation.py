@@ -8,6 +8,9 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components, minimum_spanning_tree
 from scipy.spatial import cKDTree
 
+from drake_aerial.cores import cores
+from drake_aerial.perception.neighbourhoods import dot
+
 Array = NDArray[np.float64]
 
 _NEIGHBOURS = 12
@@ -58,7 +61,7 @@ def _sign_graph(points: Array, normals: Array, radius: float) -> csr_matrix:
     """Return the neighbourhood graph, weighted by how doubtful it is to carry a sign along each edge."""
     count = len(points)
     nearest = min(_NEIGHBOURS + 1, count)
-    distance, neighbour = cKDTree(points).query(points, k=nearest, distance_upper_bound=radius)
+    distance, neighbour = cKDTree(points).query(points, k=nearest, distance_upper_bound=radius, workers=cores())
     near = np.isfinite(distance[:, 1:])
     i = np.repeat(np.arange(count), near.sum(axis=1))
     j = neighbour[:, 1:][near]
@@ -74,11 +77,14 @@ def _sign_graph(points: Array, normals: Array, radius: float) -> csr_matrix:
 
 def _transport(points: Array, normals: Array, i: NDArray[np.int64], j: NDArray[np.int64]) -> tuple[Array, Array]:
     """Return n_j . n_i' with n_i' the normal at i carried along a circle to j, and the offset's part along n_i."""
-    offset = points[j] - points[i]
-    offset /= np.maximum(np.linalg.norm(offset, axis=1), 1e-300)[:, None]
-    along_i = np.sum(offset * normals[i], axis=1)
-    along_j = np.sum(offset * normals[j], axis=1)
-    agreement = np.sum(normals[i] * normals[j], axis=1) - 2.0 * along_i * along_j
+    # Coordinate by coordinate: long columns are several times as fast as rows of three.
+    columns = points.T.copy()
+    offset = columns.take(j, axis=1) - columns.take(i, axis=1)
+    offset /= np.maximum(np.sqrt(dot(offset, offset)), 1e-300)
+    columns = normals.T.copy()
+    n_i, n_j = columns.take(i, axis=1), columns.take(j, axis=1)
+    along_i, along_j = dot(offset, n_i), dot(offset, n_j)
+    agreement = dot(n_i, n_j) - 2.0 * along_i * along_j
     return agreement, np.maximum(np.abs(along_i), np.abs(along_j))
 
 

@@ -9,10 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from drake_aerial.blas_threads import one_blas_thread
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Pose, axis_of, perpendicular, quat_about_axis, quat_from_xz, quat_multiply
 from drake_aerial.perception import orientation
-from drake_aerial.perception.neighbourhoods import BallNeighbourhoods, Block
+from drake_aerial.perception.curvature import Curvature
+from drake_aerial.perception.plane_fit import fit_planes
 from drake_aerial.perception.point_cloud import PointCloud
 
 Array = NDArray[np.float64]
@@ -22,10 +24,6 @@ Array = NDArray[np.float64]
 EDGE_SALIENCY = 1.15
 # Difference of |r1| and |r2| that is rounding, on exactly flat or spherical samples.
 _ROUNDING = 1e-9
-# Neighbours whose outward normals are more opposed than this cosine are on the other side of a thin wall.
-_OTHER_SHEET = -0.8
-# Part of a rim's neighbours that may lie beyond it by more than this part of rho.
-_BEYOND_RIM, _BEYOND_DISTANCE = 0.05, 0.4
 
 
 @dataclass(frozen=True)
@@ -173,6 +171,7 @@ class SurfaceFeatures:
         return Pose(self.p, quat_multiply(self.q, quat_about_axis(z, angle)))
 
 
+@one_blas_thread
 def compute_features(cloud: PointCloud, parameters: FeatureParameters | None = None) -> SurfaceFeatures:
     """Compute the surface features of a cloud, one per occupied voxel.
 
@@ -213,115 +212,28 @@ def compute_features(cloud: PointCloud, parameters: FeatureParameters | None = N
     parameters = parameters or FeatureParameters()
     if parameters.voxel_size > 0.0:
         cloud = cloud.downsampled(parameters.voxel_size)
-    balls = _dense_part(cloud.points, parameters)
+    planes = fit_planes(cloud.points, parameters.rho, parameters.min_neighbours)
+    if planes is None:
+        raise InputError(
+            f"too few points: none of {len(cloud)} (one per {1e3 * parameters.voxel_size:.3g} mm voxel) has "
+            f"{parameters.min_neighbours} neighbours within rho = {parameters.rho:g} m; "
+            "give a denser cloud or a larger rho"
+        )
+    balls, normals = planes
     points = balls.points
-    normals = _plane_normals(balls)
     if cloud.viewpoint is not None:
         normals = orientation.towards_viewpoint(points, normals, cloud.viewpoint)
     else:
         normals = orientation.consistently(points, normals, cloud.up, parameters.rho)
-    return _curvature_features(balls, normals, parameters)
-
-
-def _dense_part(points: Array, parameters: FeatureParameters) -> BallNeighbourhoods:
-    """Return the neighbourhoods of the points that have enough neighbours, counting only such points."""
-    given = len(points)
-    while len(points) >= parameters.min_neighbours:
-        balls = BallNeighbourhoods(points, parameters.rho)
-        enough = balls.counts() >= parameters.min_neighbours
-        if enough.all():
-            return balls
-        points = points[enough]
-    raise InputError(
-        f"too few points: none of {given} (one per {1e3 * parameters.voxel_size:.3g} mm voxel) has "
-        f"{parameters.min_neighbours} neighbours within rho = {parameters.rho:g} m; "
-        "give a denser cloud or a larger rho"
-    )
-
-
-def _plane_normals(balls: BallNeighbourhoods) -> Array:
-    """Return a unit normal (N, 3) per point, of arbitrary sign: the direction of least spread of its ball."""
-    # Sums of absolute coordinates cancel badly far from the origin.
-    points = balls.points - balls.points.mean(axis=0)
-    upper = np.triu_indices(3)
-    products = points[:, upper[0]] * points[:, upper[1]]
-    values = np.hstack([np.ones((len(points), 1)), points, products])
-    normals = np.empty_like(points)
-    for block in balls.blocks():
-        sums = block.matrix() @ values
-        mean = sums[:, 1:] / sums[:, :1]
-        covariance = np.empty((len(sums), 3, 3))
-        covariance[:, upper[0], upper[1]] = mean[:, 3:] - mean[:, upper[0]] * mean[:, upper[1]]
-        covariance[:, upper[1], upper[0]] = covariance[:, upper[0], upper[1]]
-        normals[block.rows] = np.linalg.eigh(covariance)[1][:, :, 0]
-    return normals
-
-
-def _curvature_features(balls: BallNeighbourhoods, normals: Array, parameters: FeatureParameters) -> SurfaceFeatures:
-    points, rho = balls.points, balls.radius
     t1 = perpendicular(normals)
-    t2 = np.cross(normals, t1)
-    parts = [_block_curvature(block, points, normals, t1, t2, parameters) for block in balls.blocks()]
-    kappa, k1, outward, rim = (np.concatenate(arrays) for arrays in zip(*parts))
-    r = kappa * rho
+    curvature = Curvature.of(balls, normals, t1, parameters.rim_offset)
+    r = curvature.kappa * parameters.rho
     magnitude = np.abs(r)
     anisotropy = (magnitude[:, 0] - magnitude[:, 1]) / np.maximum(magnitude[:, 0], parameters.anisotropy_floor)
-    anisotropy = np.where(rim, 1.0, anisotropy)
+    anisotropy = np.where(curvature.rim, 1.0, anisotropy)
     # Where the curvatures differ by rounding alone, k1 is noise: any fixed tangent is as good, and
     # reproducible.
     umbilic = magnitude[:, 0] - magnitude[:, 1] < _ROUNDING
-    x = np.where(rim[:, None], outward, np.where(umbilic[:, None], t1, k1))
-    return SurfaceFeatures(points, quat_from_xz(x, normals), r, anisotropy, rim, rho, parameters.edge_saliency)
-
-
-def _block_curvature(
-    block: Block, points: Array, normals: Array, t1: Array, t2: Array, parameters: FeatureParameters
-) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
-    """Return curvatures (m, 2) [1/m], k1 (m, 3), the outward direction (m, 3) and rim (m,) of a block's
-    points.
-    """
-    i, j = block.owners, block.indices
-    agreement = sum(normals[i, axis] * normals[j, axis] for axis in range(3))
-    same_side = agreement > _OTHER_SHEET
-    matrix = block.matrix(same_side)
-    tangents = np.stack([t1[block.rows], t2[block.rows]], axis=1)
-    origin = points.mean(axis=0)
-    p, here = points - origin, points[block.rows] - origin
-
-    count = np.asarray(matrix.sum(axis=1))
-    p_sum, n_sum = matrix @ p, matrix @ normals
-    pp = (matrix @ (p[:, :, None] * p[:, None, :]).reshape(-1, 9)).reshape(-1, 3, 3)
-    np_ = (matrix @ (normals[:, :, None] * p[:, None, :]).reshape(-1, 9)).reshape(-1, 3, 3)
-    # Offsets from the neighbours' mean: the regression has an intercept, so the error of the point's own
-    # normal drops out.
-    base = p_sum / count
-    spread = pp - _outer(p_sum, base) - _outer(base, p_sum) + count[:, :, None] * _outer(base, base)
-    turning = np_ - _outer(n_sum, base)
-    spread_T = tangents @ spread @ tangents.transpose(0, 2, 1)
-    turning_T = tangents @ turning @ tangents.transpose(0, 2, 1)
-    # A trace of ridge: neighbours on one line, or none on this side of a wall, say nothing, hence no
-    # curvature.
-    spread_T += 1e-6 * parameters.rho**2 * np.eye(2)
-    weingarten = np.linalg.solve(spread_T, turning_T.transpose(0, 2, 1))
-    kappa, direction = np.linalg.eigh(0.5 * (weingarten + weingarten.transpose(0, 2, 1)))
-    first = np.argmax(np.abs(kappa), axis=1)
-    rows = np.arange(len(kappa))
-    k1 = np.einsum("ni,nij->nj", direction[rows, :, first], tangents)
-    kappa = np.stack([kappa[rows, first], kappa[rows, 1 - first]], axis=1)
-
-    offset = p_sum / count - here
-    offset -= np.sum(offset * normals[block.rows], axis=1, keepdims=True) * normals[block.rows]
-    distance = np.linalg.norm(offset, axis=1)
-    outward = np.where(distance[:, None] > 1e-12, -offset / np.maximum(distance, 1e-12)[:, None], k1)
-    rim = distance > parameters.rim_offset * parameters.rho
-    if rim.any():
-        # Sparse samples are lopsided by chance; at a rim there is next to nothing on the outer side.
-        asked = np.flatnonzero(rim[i - block.rows.start] & same_side)
-        ahead = np.einsum("ij,ij->i", points[j[asked]] - points[i[asked]], outward[i[asked] - block.rows.start])
-        beyond = np.bincount(i[asked] - block.rows.start, ahead > _BEYOND_DISTANCE * parameters.rho, minlength=len(rim))
-        rim &= beyond <= _BEYOND_RIM * count[:, 0]
-    return kappa, k1, outward, rim
-
-
-def _outer(a: Array, b: Array) -> Array:
-    return a[:, :, None] * b[:, None, :]
+    x = np.where(curvature.rim[:, None], curvature.outward, np.where(umbilic[:, None], t1, curvature.k1))
+    q = quat_from_xz(x, normals)
+    return SurfaceFeatures(points, q, r, anisotropy, curvature.rim, parameters.rho, parameters.edge_saliency)

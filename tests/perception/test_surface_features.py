@@ -213,14 +213,24 @@ def test_features_move_with_the_cloud():
     assert np.minimum(angle, np.pi - angle).max() < 1e-5  # k1 is known up to its sign
 
 
-def test_blocks_give_what_one_block_gives(monkeypatch):
+def test_batches_give_what_one_batch_gives(monkeypatch):
     points = shapes.box([0.3, 0.2, 0.1], 10000, np.random.default_rng(0))
     whole = features_of(points)
-    monkeypatch.setattr("drake_aerial.perception.neighbourhoods._BLOCK", 1000)
+    monkeypatch.setattr("drake_aerial.perception.neighbourhoods._PAIRS", 3000)
     parts = features_of(points)
     assert len(whole) > 2000
     np.testing.assert_allclose(parts.r, whole.r, atol=1e-9)
     np.testing.assert_array_equal(parts.rim, whole.rim)
+
+
+def test_the_number_of_cores_makes_no_difference(monkeypatch):
+    points = shapes.box([0.3, 0.2, 0.1], 10000, np.random.default_rng(0))
+    found = []
+    for cores in ("1", "3"):
+        monkeypatch.setenv("OMP_NUM_THREADS", cores)
+        found.append(features_of(points))
+    for name in ("p", "q", "r", "rim"):
+        np.testing.assert_array_equal(getattr(found[0], name), getattr(found[1], name))
 
 
 def test_take_keeps_rows_together():
