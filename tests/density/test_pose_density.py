@@ -118,3 +118,15 @@ def test_single_precision_is_close():
     exact, single = (PoseDensity(poses, sigma_p=0.02, sigma_q=0.26, axial=True, single=s) for s in (False, True))
     x = exact.sample(500, rng)
     np.testing.assert_allclose(single.log_density(x), exact.log_density(x), atol=5e-3)
+
+
+@pytest.mark.parametrize("single", [False, True])
+def test_the_number_of_cores_makes_no_difference(monkeypatch, single):
+    rng = np.random.default_rng(8)
+    density = make(rng, n=1500, single=single)
+    x = density.sample(501, rng)
+    values = []
+    for cores in ("1", "3"):
+        monkeypatch.setenv("OMP_NUM_THREADS", cores)
+        values.append(density.log_density(x))
+    np.testing.assert_array_equal(values[0], values[1])
