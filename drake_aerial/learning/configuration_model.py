@@ -120,7 +120,13 @@ class ConfigurationModel:
         offset = rotate(q, self.X_FG.p) * np.asarray(scale, float)[..., None, None]
         return Pose(np.asarray(origin)[..., None, :] + offset, quat_multiply(q, self.X_FG.q))
 
-    def log_density(self, X_NG: Pose, p_NQ: Array | None = None, scale: Array | float = 1.0) -> Array:
+    def log_density(
+        self,
+        X_NG: Pose,
+        p_NQ: Array | None = None,
+        scale: Array | float = 1.0,
+        frames: tuple[Array, Array] | None = None,
+    ) -> Array:
         """Return log H (...) of gripper poses X_NG (..., n) in a frame whose z is up.
 
         Parameters
@@ -131,8 +137,10 @@ class ConfigurationModel:
             Quadrotor positions [m]; None leaves them at their demonstrated places.
         scale : (...) array
             Factor of the demonstrated gripper offsets, for objects of another size.
+        frames : (..., 3) and (...) arrays, optional
+            `formation_frames` of X_NG, where they are known already.
         """
-        origin, yaw = self.formation_frames(X_NG)
+        origin, yaw = self.formation_frames(X_NG) if frames is None else frames
         q_FN = quat_conjugate(quat_about_axis(_Z, yaw))[..., None, :]
         p_FG = rotate(q_FN, X_NG.p - origin[..., None, :])
         q_FG = quat_multiply(q_FN, X_NG.q)

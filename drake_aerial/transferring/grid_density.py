@@ -126,9 +126,10 @@ class GridDensity:
                 taps = np.where(taps > count - 1, 2 * (count - 1) - taps, taps)
             indices.append(taps)
             weights.append(_spline(t))
-            slope = _spline_slope(t) / self._step[axis]
-            inside = self._periodic[axis] | ((position[:, axis] >= 0) & (position[:, axis] <= count - 1))
-            slopes.append(slope * np.atleast_1d(inside)[:, None])
+            if gradient:
+                slope = _spline_slope(t) / self._step[axis]
+                inside = self._periodic[axis] | ((position[:, axis] >= 0) & (position[:, axis] <= count - 1))
+                slopes.append(slope * np.atleast_1d(inside)[:, None])
         letters = "abc"[:dimension]
         picked = self._coefficients[
             tuple(

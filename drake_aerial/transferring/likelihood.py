@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -117,18 +118,22 @@ class ContactLikelihood:
         self._weight = np.array([1.0, 1.0, configuration.vertical**2])
         self._spread = float(np.sum(self._weight * configuration.X_FG.p**2))
 
-    def __call__(self, X_NG: Pose, coarse: bool = False) -> Array:
+    def __call__(self, X_NG: Pose, coarse: bool = False, log_queries: Sequence[Array] | None = None) -> Array:
         """Return log J (...) of gripper poses X_NG (..., n); quadrotors hang their cables as demonstrated.
 
-        `coarse` evaluates the query densities in single precision.
+        `coarse` evaluates the query densities in single precision; `log_queries` are their logarithms (...), where they
+        are known already.
         """
         origin, yaw = self.configuration.formation_frames(X_NG)
         scale = self.scale(X_NG, origin, yaw)
-        log_j = self.configuration.log_density(X_NG, scale=scale)
+        log_j = self.configuration.log_density(X_NG, scale=scale, frames=(origin, yaw))
         if len(self.queries) > 1:
             log_j = log_j - 0.5 * ((np.log(scale) - self.prior.log_mean) / self.prior.sigma) ** 2
         for n, query in enumerate(self.queries):
-            log_j = log_j + query.log_density(Pose(X_NG.p[..., n, :], X_NG.q[..., n, :]), coarse)
+            if log_queries is None:
+                log_j = log_j + query.log_density(Pose(X_NG.p[..., n, :], X_NG.q[..., n, :]), coarse)
+            else:
+                log_j = log_j + log_queries[n]
         if self.votes is not None:
             log_j = log_j + self.gamma * self.votes.log_density(origin, yaw)
         return log_j

@@ -58,6 +58,8 @@ class NormalisedQuery:
     ----------
     candidates : Pose
         X_NG of the K candidates.
+    log_candidates : (K,) array
+        log C there.
     """
 
     def __init__(self, candidates: Pose, log_weights: Array, sigma_p: float, sigma_q: float, axial: bool, floor: float):
@@ -69,13 +71,13 @@ class NormalisedQuery:
         self._weights = np.column_stack([contact, self._density.weights])
         self._contact = PoseDensity(candidates, contact, sigma_p=sigma_p, sigma_q=sigma_q, axial=axial)
         self._log_contact = float(np.log(contact.sum()))
-        log_d = self._density.log_density(candidates)
-        self._log_floor = float(np.log(floor) + np.median(log_d))
+        logs = self._density.log_densities(candidates, self._weights)
+        self._log_floor = float(np.log(floor) + np.median(logs[:, 1]))
+        self.log_candidates = self._per_surface(logs)
 
     def log_density(self, X_NG: Pose, coarse: bool = False) -> Array:
         """Return log C (...) at gripper poses (...); `coarse` is faster, in single precision."""
-        logs = (self._coarse if coarse else self._density).log_densities(X_NG, self._weights)
-        return logs[..., 0] - np.logaddexp(logs[..., 1], self._log_floor)
+        return self._per_surface((self._coarse if coarse else self._density).log_densities(X_NG, self._weights))
 
     def log_density_and_gradient(self, X_NG: Pose) -> tuple[Array, Array, Array]:
         """Return log C (...) and its gradients by p (..., 3) [1/m] and by w (..., 3) [1/rad] of exp(w) R_NG."""
@@ -85,6 +87,10 @@ class NormalisedQuery:
         share = np.exp(log_d - log_sum)[..., None]
         return log_m + self._log_contact - log_sum, m_p - share * d_p, m_w - share * d_w
 
+    def _per_surface(self, logs: Array) -> Array:
+        """Return log C (...) of the logarithms (..., 2) of Q_M and D."""
+        return logs[..., 0] - np.logaddexp(logs[..., 1], self._log_floor)
+
 
 class ResampledQuery:
     """The paper's query density: the KDE over N_Q candidates resampled by their weights (docs/method.md).
@@ -93,6 +99,8 @@ class ResampledQuery:
     ----------
     candidates : Pose
         X_NG of the N_Q kernels.
+    log_candidates : (N_Q,) array
+        log Q there.
     """
 
     def __init__(
@@ -108,6 +116,7 @@ class ResampledQuery:
         self.candidates = candidates.take(draw_by(np.exp(log_weights - log_weights.max()), count, rng))
         self._density = PoseDensity(self.candidates, sigma_p=sigma_p, sigma_q=sigma_q, axial=axial)
         self._coarse = PoseDensity(self.candidates, sigma_p=sigma_p, sigma_q=sigma_q, axial=axial, single=True)
+        self.log_candidates = self._density.log_density(self.candidates)
 
     def log_density(self, X_NG: Pose, coarse: bool = False) -> Array:
         """Return log Q (...) at gripper poses (...); `coarse` is faster, in single precision."""

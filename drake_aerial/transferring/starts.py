@@ -24,9 +24,10 @@ def draw_starts(likelihood: ContactLikelihood, parameters: TransferParameters, r
     if len(likelihood.queries) == 1:
         candidates = likelihood.queries[0].candidates
         placed = Pose(candidates.p[:, None], candidates.q[:, None])
+        log_j = likelihood(placed, log_queries=[likelihood.queries[0].log_candidates])
     else:
         placed = _placements(likelihood, rng)
-    log_j = likelihood(placed)
+        log_j = likelihood(placed)
     return placed.take(draw_by(np.exp(log_j - log_j.max()), parameters.starts, rng))
 
 
