@@ -44,15 +44,18 @@ def for_each(function: Callable[[_T], None], items: Sequence[_T]) -> None:
                 item = waiting.popleft()
             except IndexError:
                 return
-            function(item)
+            try:
+                function(item)
+            except BaseException:
+                # After an error nothing more is begun, by whomever.
+                waiting.clear()
+                raise
 
     futures = [_threads().submit(work) for _ in range(helpers)]
     try:
         work()
     finally:
-        # After an error nothing more is begun. Helpers that have not begun, because others keep the threads busy, have
-        # nothing left to do.
-        waiting.clear()
+        # Helpers that have not begun, because others keep the threads busy, have nothing left to do.
         begun = [future for future in futures if not future.cancel()]
         errors = [future.exception() for future in begun]
     for error in errors:
