@@ -5,12 +5,14 @@ The names below are loaded when they are first used, so that ``import drake_aeri
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
-
 __version__ = "0.1.0"
 
+# What type checkers take for true; the real one's module takes longer to import than everything else here.
+TYPE_CHECKING = False
+
 if TYPE_CHECKING:
+    from typing import Any
+
     from drake_aerial.configuration import defaults_text, parameters_text, read_parameters
     from drake_aerial.control.controller_parameters import GeometricParameters, MpcParameters
     from drake_aerial.control.disturbance import DisturbanceObserver
@@ -143,6 +145,8 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     if name in _HOMES:
+        from importlib import import_module
+
         return getattr(import_module(f"drake_aerial.{_HOMES[name]}"), name)
     raise AttributeError(f"module 'drake_aerial' has no attribute {name!r}")
 

@@ -10,7 +10,6 @@ so that asking for help loads nothing.
 from __future__ import annotations
 
 import argparse
-import signal
 import sys
 from collections.abc import Sequence
 
@@ -21,13 +20,6 @@ from drake_aerial.errors import InputError, JobError
 
 # In the order in which the help names them.
 VERBS = (demo, learn, transfer, demonstrate, fly, study, report, view, defaults)
-
-
-def entry_point() -> int:
-    """Run the command line as a process of its own; Ctrl-C while Python takes itself down is not heard, as the job is done."""
-    code = main()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    return code
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -2,6 +2,6 @@
 
 import sys
 
-from drake_aerial.cli import entry_point
+from drake_aerial.__main__ import entry_point
 
 sys.exit(entry_point())
