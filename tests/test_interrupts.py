@@ -98,7 +98,10 @@ def test_ctrl_c_ends_with_130_and_one_line(verb, delay, place):
     assert process.returncode in (0, 130), told
     if process.returncode == 130:
         # On a machine so slow that the verb was not read yet, it is not named.
-        named, unnamed = (f"{name}: interrupted; nothing was half-written" for name in (f"drake-aerial {VERBS[verb][0]}", "drake-aerial"))
+        named, unnamed = (
+            f"{name}: interrupted; nothing was half-written"
+            for name in (f"drake-aerial {VERBS[verb][0]}", "drake-aerial")
+        )
         assert told.splitlines()[-1] in (named, unnamed)
     assert leftovers(place) == []
     assert gone(process.pid)
