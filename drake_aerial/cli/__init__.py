@@ -14,6 +14,7 @@ import sys
 from collections.abc import Sequence
 
 from drake_aerial import __version__
+from drake_aerial.__main__ import entry_point as entry_point  # where commands installed before it moved look for it
 from drake_aerial.cli import defaults, demo, demonstrate, fly, learn, report, study, transfer, view
 from drake_aerial.cli.interrupts import interruptible
 from drake_aerial.errors import InputError, JobError
