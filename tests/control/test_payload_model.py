@@ -3,16 +3,19 @@ import pytest
 from payload_cases import random_input, random_model, random_state
 
 from drake_aerial.control.payload_model import (
+    PayloadState,
     derivative,
     difference,
     integrate,
     retract,
     rotation_exp,
     rotation_log,
+    tangent_basis,
+    transport,
 )
 from drake_aerial.control.payload_parameters import GRAVITY, PayloadModelParameters
 from drake_aerial.errors import InputError
-from drake_aerial.geometry import matrix_from_quat, quat_from_two_vectors, skew
+from drake_aerial.geometry import matrix_from_quat, quat_exp, quat_from_two_vectors, rotate, skew
 
 
 def newton_euler(model, x, k, wrench=(0.0,) * 6):
@@ -178,3 +181,84 @@ def test_rotation_vectors_and_matrices_are_inverse_up_to_a_half_turn():
         R = rotation_exp(part)
         np.testing.assert_allclose(R, Rotation.from_rotvec(part).as_matrix(), atol=1e-14)
         np.testing.assert_allclose(rotation_log(R), part, atol=1e-12)
+
+
+def test_tangent_bases_are_orthonormal_and_right_handed():
+    xi = np.random.default_rng(0).normal(size=(200, 2, 3))
+    xi /= np.linalg.norm(xi, axis=-1, keepdims=True)
+    xi[0, 0] = [0.0, 0.0, -1.0]  # a hanging cable
+    frame = np.concatenate([tangent_basis(xi), xi[..., None]], axis=-1)
+    np.testing.assert_allclose(np.swapaxes(frame, -1, -2) @ frame, np.tile(np.eye(3), (200, 2, 1, 1)), atol=1e-9)
+    assert np.linalg.det(frame).min() > 0.0
+
+
+def test_transport_is_the_smallest_rotation():
+    a, b, vector = np.random.default_rng(1).normal(size=(3, 100, 3))
+    a, b = (v / np.linalg.norm(v, axis=1, keepdims=True) for v in (a, b))
+    np.testing.assert_allclose(transport(a, b, vector), rotate(quat_from_two_vectors(a, b), vector), atol=1e-9)
+
+
+def test_errors_are_what_their_order_says():
+    x, n = random_state(2, 30), 2
+    delta = np.random.default_rng(2).normal(0.0, 0.4, (30, 26))
+    y, E = retract(x, delta), tangent_basis(x.xi)
+    about = (E @ delta[:, 12:16].reshape(30, n, 2, 1))[..., 0]
+    xi = rotate(quat_exp(about), x.xi)
+    along = (E @ delta[:, 16:20].reshape(30, n, 2, 1))[..., 0]
+    np.testing.assert_allclose(y.p - x.p, delta[:, 0:3], atol=1e-12)
+    np.testing.assert_allclose(y.v - x.v, delta[:, 3:6], atol=1e-12)
+    np.testing.assert_allclose(y.R, x.R @ matrix_from_quat(quat_exp(delta[:, 6:9])), atol=1e-12)
+    np.testing.assert_allclose(y.W - x.W, delta[:, 9:12], atol=1e-12)
+    np.testing.assert_allclose(y.xi, xi, atol=1e-12)
+    np.testing.assert_allclose(y.w, rotate(quat_from_two_vectors(x.xi, xi), x.w + along), atol=1e-9)
+    np.testing.assert_allclose((y.F - x.F).reshape(30, 6), delta[:, 20:], atol=1e-12)
+    # The bases may be handed in.
+    for got, field in zip(retract(x, delta, E), y):
+        np.testing.assert_array_equal(got, field)
+    np.testing.assert_array_equal(difference(x, y, E), difference(x, y))
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-13, 1e-9, 1e-5])
+def test_tiny_errors_keep_their_digits(size):
+    x = random_state(2, 20)
+    delta = size * np.random.default_rng(3).normal(size=(20, 26))
+    np.testing.assert_allclose(difference(x, retract(x, delta)), delta, rtol=1e-6, atol=5e-15)
+    theta = delta[:, 6:9]
+    np.testing.assert_allclose(
+        rotation_exp(theta) - np.eye(3), skew(theta) + 0.5 * skew(theta) @ skew(theta), atol=1e-15
+    )
+    np.testing.assert_allclose(rotation_log(rotation_exp(theta)), theta, rtol=1e-6, atol=1e-15)
+
+
+def solved(model, x, u, time):
+    """Integrate the Newton-Euler accelerations of one state in plain coordinates, to many digits."""
+    from scipy.integrate import solve_ivp
+
+    n = model.n
+    sizes = np.cumsum([3, 3, 9, 3, 3 * n, 3 * n])
+
+    def state(y):
+        p, v, R, W, xi, w, F = np.split(y, sizes)
+        shapes = (p, v, R.reshape(3, 3), W, xi.reshape(n, 3), w.reshape(n, 3), F.reshape(n, 3))
+        return PayloadState(*(field[None] for field in shapes))
+
+    def rate(_, y):
+        at = state(y)
+        a, dW, dw, _ = newton_euler(model, at, 0)
+        R_rate = at.R[0] @ skew(at.W[0])
+        F_rate = (u[0] - at.F[0]) / model.thrust_lag
+        parts = (at.v[0], a, R_rate, dW, np.cross(at.w[0], at.xi[0]), dw, F_rate)
+        return np.concatenate([part.ravel() for part in parts])
+
+    start = np.concatenate([field[0].ravel() for field in x])
+    return state(solve_ivp(rate, (0.0, time), start, method="DOP853", rtol=1e-12, atol=1e-12).y[:, -1])
+
+
+@pytest.mark.parametrize("n", [1, 3])
+def test_integration_is_of_fourth_order(n):
+    model = random_model(n, seed=n)
+    x, u = random_state(n, 1, seed=n), random_input(n, 1)
+    exact = solved(model, x, u, 0.08)
+    coarse, fine = (np.abs(difference(exact, integrate(model, x, u, 0.08 / k, k))).max() for k in (4, 8))
+    assert coarse < 1e-2
+    assert fine < coarse / 11.0

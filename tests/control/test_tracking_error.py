@@ -1,12 +1,15 @@
+import itertools
+
 import numpy as np
 import pytest
-from payload_cases import random_model
+from payload_cases import random_input, random_model, random_state
 
 from drake_aerial.control.flatness import ReferenceTable
 from drake_aerial.control.payload_linearization import discretize, linearize
 from drake_aerial.control.payload_model import integrate, retract, tangent_basis
 from drake_aerial.control.tracking_error import deviation, deviation_jacobian, hover_state, terminal_cost
 from drake_aerial.control.trajectory import HoverTrajectory
+from drake_aerial.geometry import matrix_from_quat, quat_exp
 
 
 def near(model, desired, size, seed=0, batch=1):
@@ -83,3 +86,94 @@ def test_one_cable_weighs_no_yaw():
     turned = turned._replace(p=arm[None])
     e = deviation(model, turned, desired, tangent_basis(turned.xi))
     np.testing.assert_allclose(e, 0.0, atol=1e-9)
+
+
+def far(model, batch=5):
+    """States that move and turn, and a reference that does not."""
+    x = random_state(model.n, batch, seed=3)
+    return x, ReferenceTable(model, HoverTrajectory(start=(0.3, -0.2, 0.5), yaw=0.4)).at([0.0])
+
+
+@pytest.mark.parametrize("n", [1, 3])
+def test_places_and_velocities_are_those_of_the_tracked_point(n):
+    model = random_model(n, seed=n)
+    x, desired = far(model)
+    e = deviation(model, x, desired, tangent_basis(x.xi))
+    tracked = x.p - (x.R @ model.p_LLcm)
+    np.testing.assert_allclose(e[:, 0:3], tracked - [0.3, -0.2, 0.5], atol=1e-12)
+    h = 1e-6
+    steps = []
+    for s in (h, -h):
+        y = integrate(model, x, random_input(n, 5), s)
+        steps.append(y.p - y.R @ model.p_LLcm)
+    np.testing.assert_allclose(e[:, 3:6], (steps[0] - steps[1]) / (2 * h), atol=1e-6)
+    # Angular velocity in the world: how the payload's axes move there.
+    omega = e[:, 9:12]
+    y = integrate(model, x, random_input(n, 5), h)
+    np.testing.assert_allclose(
+        (y.R - x.R) / h, np.cross(omega[:, None, :], np.swapaxes(x.R, 1, 2)).swapaxes(1, 2), atol=1e-4
+    )
+
+
+def test_attitudes_cables_and_thrusts_are_differences_from_the_reference():
+    model = random_model(3, seed=3)
+    _, desired = far(model)
+    theta = np.array([[0.3, -0.5, 0.2], [0.0, 0.0, 1.5]])
+    x = hover_state(model, desired)
+    x = type(x)(*(np.repeat(field, 2, axis=0) for field in x))
+    x = x._replace(R=matrix_from_quat(quat_exp(theta)) @ x.R, F=x.F + [0.1, 0.2, -0.3], w=x.w + 0.0)
+    e = deviation(model, x, desired, tangent_basis(x.xi))
+    np.testing.assert_allclose(e[:, 6:9], theta, atol=1e-9)
+    np.testing.assert_allclose(e[:, -9:], np.tile([0.1, 0.2, -0.3], (2, 3)), atol=1e-12)
+    # Cables turned a little, and turning.
+    y = hover_state(model, desired)
+    delta = np.zeros((1, 33))
+    delta[0, 12:24] = 1e-3 * np.arange(1.0, 13.0)
+    moved = retract(y, delta)
+    e = deviation(model, moved, desired, tangent_basis(y.xi))
+    np.testing.assert_allclose(e[0, 12:24], delta[0, 12:24], atol=1e-4)
+
+
+@pytest.mark.parametrize("n", [1, 3])
+def test_the_jacobian_holds_at_any_rate(n):
+    model = random_model(n, seed=n)
+    x, desired = far(model, 1)
+    C, eps = deviation_jacobian(model, x)[0], 1e-6
+    for k in range(12):
+        step = np.zeros((1, 12 + 7 * n))
+        step[0, k] = eps
+        plus, minus = (deviation(model, y, desired, tangent_basis(y.xi)) for y in (retract(x, step), retract(x, -step)))
+        numeric = (plus - minus)[0, :12] / (2 * eps)
+        # All but the attitude's rows, whose error is compared at small angles only.
+        rows = [*range(6), *range(9, 12)]
+        np.testing.assert_allclose(C[rows, k], numeric[rows], atol=1e-7)
+    np.testing.assert_allclose(C[6:9, 6:9], x.R[0])
+
+
+@pytest.mark.parametrize("n", [2, 3])
+def test_the_terminal_cost_solves_the_riccati_equation(n):
+    from scipy.linalg import solve_discrete_are
+
+    model = random_model(n, seed=n)
+    desired = ReferenceTable(model, HoverTrajectory(start=(0.0, 0.0, 0.0))).at([0.0])
+    h, nx, nu = 0.05, 12 + 7 * n, 3 * n
+    rng = np.random.default_rng(0)
+    Q, R = h * rng.uniform(0.5, 2.0, nx), h * rng.uniform(0.5, 2.0, nu)
+    P = terminal_cost(model, desired, Q, R, h)
+    # On the error state e = C d, where the step is that of the linear model.
+    x0 = hover_state(model, desired)
+    step = discretize(linearize(model, x0, desired.F), h)
+    C = np.eye(nx)
+    C[:12, :12] = deviation_jacobian(model, x0)[0]
+    exact = solve_discrete_are(step.Phi[0], step.Gamma[0], C.T @ np.diag(Q) @ C, np.diag(R))
+    np.testing.assert_allclose(C.T @ P @ C, exact, rtol=1e-5, atol=1e-7 * np.abs(exact).max())
+    np.testing.assert_array_equal(P, P.T)
+
+
+def test_few_sweeps_are_the_cost_of_few_steps():
+    model = random_model(2, seed=2)
+    desired = ReferenceTable(model, HoverTrajectory(start=(0.0, 0.0, 0.0))).at([0.0])
+    Q, R = np.arange(1.0, 27.0), np.ones(6)
+    np.testing.assert_array_equal(terminal_cost(model, desired, Q, R, 0.05, sweeps=0), np.diag(Q))
+    costs = [np.linalg.eigvalsh(terminal_cost(model, desired, Q, R, 0.05, sweeps=k)) for k in (1, 2, 4)]
+    assert all((b >= a - 1e-9).all() for a, b in itertools.pairwise(costs))  # more steps cost more

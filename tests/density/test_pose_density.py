@@ -130,3 +130,50 @@ def test_the_number_of_cores_makes_no_difference(monkeypatch, single):
         monkeypatch.setenv("OMP_NUM_THREADS", cores)
         values.append(density.log_density(x))
     np.testing.assert_array_equal(values[0], values[1])
+
+
+@pytest.mark.parametrize("axial", [False, True])
+def test_far_from_the_origin_no_digits_are_lost(axial):
+    rng = np.random.default_rng(10)
+    near = make(rng, axial=axial)
+    k, shift = near.kernels_at, np.array([1e4, -1e4, 1e4])
+    far = PoseDensity(Pose(k.p + shift, k.q), near.weights, sigma_p=0.03, sigma_q=0.4, axial=axial)
+    x = near.sample(30, rng)
+    moved = Pose(x.p + shift, x.q)
+    np.testing.assert_allclose(far.log_density(moved), near.log_density(x), rtol=0, atol=1e-7)
+    for got, expected in zip(far.log_density_and_gradient(moved), near.log_density_and_gradient(x)):
+        np.testing.assert_allclose(got, expected, rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize("axial", [False, True])
+def test_other_weights_of_the_same_kernels(axial):
+    rng = np.random.default_rng(11)
+    density = make(rng, axial=axial)
+    columns = rng.uniform(0.0, 1.0, (30, 3))
+    x = density.sample(10, rng)
+    grid = Pose(x.p.reshape(2, 5, 3), x.q.reshape(2, 5, 4))
+    got = density.log_densities(grid, columns)
+    assert got.shape == (2, 5, 3)
+    for m in range(3):
+        alone = PoseDensity(density.kernels_at, columns[:, m], sigma_p=0.03, sigma_q=0.4, axial=axial)
+        # Columns are taken as they are, a density's weights are scaled.
+        np.testing.assert_allclose(got[..., m], alone.log_density(grid) + np.log(columns[:, m].sum()), rtol=1e-9)
+    for got, flat in zip(density.log_density_and_gradient(grid), density.log_density_and_gradient(x)):
+        np.testing.assert_array_equal(got.reshape(flat.shape), flat)
+        assert got.shape[:2] == (2, 5)
+
+
+def test_samples_have_the_bandwidths_of_their_kernel():
+    rng = np.random.default_rng(12)
+    centre = Pose(np.array([[1.0, -2.0, 0.5]]), random_rotation(rng, 1))
+    for axial in (False, True):
+        x = PoseDensity(centre, sigma_p=0.03, sigma_q=0.1, axial=axial).sample(20_000, rng)
+        np.testing.assert_allclose(x.p.mean(axis=0), centre.p[0], atol=1e-3)
+        np.testing.assert_allclose(x.p.std(axis=0), 0.03, rtol=0.03)
+        tilt = np.arccos(np.clip(axis_of(x.q, 2) @ axis_of(centre.q[0], 2), -1.0, 1.0))
+        assert np.sqrt(np.mean(tilt**2)) == pytest.approx(0.1 * np.sqrt(2.0), rel=0.03)
+    # About the axis an axial sample is turned by any angle.
+    x_axis = axis_of(x.q, 0)
+    angle = np.arctan2(x_axis @ axis_of(centre.q[0], 1), x_axis @ axis_of(centre.q[0], 0))
+    counts = np.histogram(angle, 8, (-np.pi, np.pi))[0]
+    np.testing.assert_allclose(counts / 20_000, 1 / 8, atol=0.012)

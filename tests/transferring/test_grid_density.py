@@ -74,3 +74,78 @@ def test_best_of_last_counts_votes_together_only_where_they_agree():
         GridDensity(votes[:, :2], np.ones(5), *(a[:2] for a in args)).mode, [0.2, 0.0], atol=0.0125
     )
     assert together.log_density(np.zeros((4, 2))).shape == (4,)
+
+
+UNEVEN = ([0.04, 0.07, 0.35], [-0.3, -0.2, 0.0], [0.3, 0.4, 2 * np.pi], [False, False, True])
+
+
+def test_one_vote_is_one_gaussian_where_it_fell():
+    vote, sigma = np.array([0.123, 0.057, 6.2]), np.array(UNEVEN[0])
+    density = GridDensity(vote[None], np.array([3.0]), *UNEVEN)
+    assert density.total == pytest.approx(3.0)
+    rng = np.random.default_rng(2)
+    offset = rng.uniform(-2.5, 2.5, (300, 3)) * sigma
+    expected = -0.5 * np.sum((offset / sigma) ** 2, axis=1) - np.log(np.prod(np.sqrt(2 * np.pi) * sigma))
+    # Sharing a vote among a cell's corners widens it by a part of a cell, of which there are four to a bandwidth.
+    np.testing.assert_allclose(density.log_density(vote + offset), expected, atol=0.08)
+    assert np.all(np.abs(density.mode - vote) < 0.6 * sigma / 4)
+    # The middle is the vote itself, not a grid point: there the slope vanishes, and half a bandwidth off it is that of a Gaussian.
+    slopes = [density.log_density_and_gradient(vote + s * sigma)[1] * sigma for s in (-0.5, 0.0, 0.5)]
+    np.testing.assert_allclose(slopes, np.outer([0.5, 0.0, -0.5], np.ones(3)), atol=0.03)
+
+
+def test_angles_go_round():
+    rng = np.random.default_rng(3)
+    votes = np.column_stack([rng.uniform(-0.2, 0.2, (40, 2)), rng.uniform(-0.3, 0.3, 40)])
+    density = GridDensity(votes, np.ones(40), *UNEVEN)
+    assert density.total == pytest.approx(40.0)
+    x = np.column_stack([rng.uniform(-0.2, 0.2, (60, 2)), rng.uniform(-1.0, 1.0, 60)])
+    for turns in (-2.0, 1.0):
+        there = x + [0.0, 0.0, 2 * np.pi * turns]
+        np.testing.assert_allclose(density.log_density(there), density.log_density(x), atol=1e-9)
+        for got, expected in zip(density.log_density_and_gradient(there), density.log_density_and_gradient(x)):
+            np.testing.assert_allclose(got, expected, atol=1e-6)
+    # Votes about zero: as likely on the one side of the seam as on the other.
+    even = GridDensity(np.vstack([votes, votes * [1, 1, -1]]), np.ones(80), *UNEVEN)
+    np.testing.assert_allclose(even.log_density(x), even.log_density(x * [1, 1, -1]), atol=0.02)
+
+
+def test_votes_beside_the_region_count_as_far_as_they_reach_into_it():
+    args = ([0.05, 0.05], [0.0, 0.0], [0.4, 0.4], [False, False])
+    inside, beside, far = [0.2, 0.2], [-0.1, 0.2], [-0.4, 0.2]
+    assert GridDensity(np.array([inside, beside, far]), np.array([1.0, 2.0, 4.0]), *args).total == pytest.approx(3.0)
+    for side in ([0.0, 0.1], [0.4, 0.1], [0.1, 0.0], [0.1, 0.4]):
+        density = GridDensity(np.array([side]), np.ones(1), *args)
+        outward = (np.array(side) - 0.2) * (np.abs(np.array(side) - 0.2) > 0.15)
+        outward /= np.linalg.norm(outward)
+        for s in (0.0, 1.0, 2.0, 3.0):  # the region ends here, the density does not
+            there = np.array(side) + 0.05 * s * outward
+            expected = -0.5 * s**2 - np.log(2 * np.pi * 0.05**2)
+            assert density.log_density(there) == pytest.approx(expected, abs=0.12)
+    nothing = GridDensity(np.array([far]), np.ones(1), *args)
+    assert nothing.total == 0.0
+    assert np.isfinite(nothing.log_density(np.zeros((3, 2)))).all()
+
+
+def test_the_floor_is_relative_to_the_largest_density():
+    density = GridDensity(np.zeros((1, 2)), np.ones(1), [0.05, 0.05], [-1, -1], [1, 1], [False, False])
+    drop = density.log_density(np.zeros(2)) - density.log_density(np.array([0.9, -0.9]))
+    assert drop == pytest.approx(np.log(1e8), abs=0.01)
+    assert drop.shape == ()
+
+
+def test_yaws_that_agree_add_up_and_those_that_do_not_hardly():
+    places = np.array([[-0.2, -0.2], [-0.2, 0.2], [0.2, -0.2], [0.2, 0.2]])
+    yaws = ([1.0], [1.0, 1.0], [1.0, 4.0], [0.02, -0.02])
+    votes = np.array([[*place, yaw % (2 * np.pi)] for place, of in zip(places, yaws) for yaw in of])
+    args = ([0.05, 0.05, 0.35], [-0.3, -0.3, 0.0], [0.3, 0.3, 2 * np.pi], [False, False, True])
+    density = GridDensity(votes, np.ones(len(votes)), *args, best_of_last=True)
+    one, agreed, apart, about_zero = density.log_density(places)
+    assert agreed - one == pytest.approx(np.log(2.0), abs=0.01)
+    assert about_zero - one == pytest.approx(np.log(2.0), abs=0.03)
+    # The fourth root of twice the fourth powers.
+    assert apart - one == pytest.approx(np.log(2.0) / 4.0, abs=0.01)
+    value, gradient = density.log_density_and_gradient(places + 0.02)
+    assert value.shape == (4,)
+    assert gradient.shape == (4, 2)
+    assert np.all(gradient < 0.0)

@@ -1,0 +1,78 @@
+"""Sums of kernels against sums one by one, and what they take and refuse."""
+
+import numpy as np
+import pytest
+
+from drake_aerial.density import mixture
+from drake_aerial.density.mixture import checked_weights, exponent_blocks, exponentiate, lift, lifted_gaussian
+from drake_aerial.errors import InputError
+
+
+def test_weights_are_scaled_and_uniform_by_default():
+    np.testing.assert_allclose(checked_weights([1.0, 0.0, 3.0], 3, "a density"), [0.25, 0.0, 0.75])
+    np.testing.assert_allclose(checked_weights(None, 4, "a density"), np.full(4, 0.25))
+
+
+@pytest.mark.parametrize(
+    ("weights", "count", "message"),
+    [
+        (None, 0, "a density has no kernels"),
+        ([1.0, 1.0], 3, r"weights should be of shape \(3,\) but got \(2,\)"),
+        ([[1.0]], 1, "weights should be of shape"),
+        ([1.0, -1e-9], 2, "not negative"),
+        ([1.0, np.inf], 2, "finite"),
+        ([0.0, 0.0], 2, "not all zero"),
+    ],
+)
+def test_bad_weights_are_refused(weights, count, message):
+    with pytest.raises(InputError, match=message):
+        checked_weights(weights, count, "a density")
+
+
+def test_lifted_exponents_are_those_of_gaussians():
+    rng = np.random.default_rng(0)
+    x, mu = rng.normal(size=(40, 3)), rng.normal(size=(7, 3))
+    expected = -np.sum((x[:, None] - mu) ** 2, axis=-1) / (2 * 0.7**2)
+    np.testing.assert_allclose(lift(x) @ lifted_gaussian(mu, 0.7), expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("block", [1, 5, 23, 1000])
+def test_blocks_cover_all_points_once_and_are_no_larger_than_asked(monkeypatch, block):
+    monkeypatch.setattr(mixture, "BLOCK", block)
+    rng = np.random.default_rng(1)
+    points, coefficients = rng.normal(size=(17, 4)), rng.normal(size=(4, 5))
+    out, blocks = np.zeros((17, 5)), 0
+    for rows, e in exponent_blocks(points, coefficients):
+        assert e.size <= max(block, 5)  # one point at least
+        out[rows] += e
+        blocks += 1
+    np.testing.assert_allclose(out, points @ coefficients, atol=1e-14)
+    assert blocks == np.ceil(17 / max(1, block // 5))
+
+
+@pytest.mark.parametrize(("kind", "digits"), [(np.float64, 1e-13), (np.float32, 2e-5)])
+def test_log_sums_neither_overflow_nor_underflow(kind, digits):
+    rng = np.random.default_rng(2)
+    coefficients = rng.normal(size=(3, 30)).astype(kind)
+    points = np.array([[1.0, 2.0, -1.0], [900.0, -500.0, 300.0], [-900.0, 0.0, 0.0]])
+    weights = rng.uniform(0.1, 1.0, (30, 2))
+    weights[::2, 1] *= 1e-6
+    exact = points @ coefficients.astype(float)
+    expected = [np.logaddexp.reduce(exact + np.log(w), axis=1) for w in weights.T]
+    got = mixture.log_weighted_sums(points, coefficients, weights)
+    assert np.isfinite(got).all()
+    np.testing.assert_allclose(got, np.transpose(expected), rtol=digits, atol=10 * digits)
+    nothing = mixture.log_weighted_sums(points, coefficients, np.zeros((30, 1)))
+    np.testing.assert_array_equal(nothing, np.full((3, 1), -np.inf))
+
+
+@pytest.mark.parametrize("kind", [np.float64, np.float32])
+def test_exponentials_are_relative_to_the_largest_of_their_row(kind):
+    e = np.array([[700.0, 695.0, -400.0], [-3.0, -1e4, -4.0]], kind)
+    given = e.copy()
+    top = exponentiate(e)
+    np.testing.assert_array_equal(top, [[700.0], [-3.0]])
+    assert e.dtype == kind
+    np.testing.assert_allclose(e, np.exp((given - top).astype(float)), rtol=1e-6, atol=1e-30)
+    # Subnormal numbers are slow.
+    assert e.min() > np.finfo(kind).tiny
