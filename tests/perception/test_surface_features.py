@@ -4,7 +4,15 @@ import pytest
 import trimesh
 
 from drake_aerial.errors import InputError
-from drake_aerial.geometry import Pose, quat_conjugate, quat_multiply, random_rotation, rotate, rotation_angle
+from drake_aerial.geometry import (
+    Pose,
+    perpendicular,
+    quat_conjugate,
+    quat_multiply,
+    random_rotation,
+    rotate,
+    rotation_angle,
+)
 from drake_aerial.perception.point_cloud import PointCloud
 from drake_aerial.perception.surface_features import FeatureParameters, SurfaceFeatures, compute_features
 
@@ -267,3 +275,102 @@ def test_stray_points_are_left_out_and_sparse_clouds_refused():
 def test_impossible_parameters_are_refused(keywords, message):
     with pytest.raises(InputError, match=message):
         FeatureParameters(**keywords)
+
+
+def test_parameters_at_the_end_of_their_ranges_are_taken():
+    assert FeatureParameters(voxel=0.0).voxel_size == 0.0
+    assert FeatureParameters(rho=0.02, voxel=0.0199).voxel_size == 0.0199
+    assert FeatureParameters(rho=0.02).voxel_size == pytest.approx(0.005)
+    FeatureParameters(min_neighbours=4, rim_offset=0.999, edge_saliency=0.0, anisotropy_floor=1e-9)
+    FeatureParameters(rho=40.0, rim_offset=0.001)
+
+
+def bent(radius, count=20000, half=0.1):
+    """A patch of a cylinder about y, seen from above, within `half` of the origin."""
+    rng = np.random.default_rng(0)
+    x, y = rng.uniform(-half, half, (2, count))
+    return np.column_stack([x, y, np.sqrt(radius**2 - x**2) - radius])
+
+
+@pytest.mark.parametrize("radius", [0.15, 0.3, 1.2])
+def test_anisotropy_is_the_part_of_the_curvature_that_has_a_direction(radius):
+    f = features_of(bent(radius), viewpoint=[0.0, 0.0, 1.0])
+    f = f.take((np.abs(f.p[:, :2]) < 0.1 - RHO).all(axis=1))
+    assert not f.rim.any()
+    # |r1| / max(|r1|, 0.05): below the floor it counts as noise, in proportion.
+    assert np.median(f.anisotropy) == pytest.approx(min(1.0, RHO / radius / 0.05), abs=0.05)
+    assert np.median(np.abs(f.k1[:, 1])) < 0.05  # across the bend
+
+
+def test_on_a_torus_anisotropy_is_that_of_its_curvatures():
+    ring, tube = 0.3, 0.1
+    f = features_of(shapes.torus(ring, tube, 100000, np.random.default_rng(0)))
+    across = np.hypot(f.p[:, 0], f.p[:, 1])
+    second = np.abs((across - ring) / tube / across)
+    assert np.mean(np.abs(f.anisotropy - (1.0 / tube - second) * tube)) < 0.03
+
+
+def test_where_no_direction_stands_out_any_fixed_tangent_serves():
+    grid = 0.004 * np.stack(np.meshgrid(np.arange(50), np.arange(50)), axis=-1).reshape(-1, 2)
+    cloud = PointCloud.read(np.column_stack([grid, np.zeros(2500)]), viewpoint=[0.1, 0.1, 1.0])
+    f = compute_features(cloud, FeatureParameters(voxel=0.0))
+    inside = f.take(~f.rim)
+    assert len(inside) > 1500
+    np.testing.assert_allclose(inside.r, 0.0, atol=1e-9)
+    np.testing.assert_allclose(inside.k1, perpendicular(inside.normal), atol=1e-12)
+    np.testing.assert_array_equal(f.anisotropy[f.rim], 1.0)
+    np.testing.assert_allclose(inside.anisotropy, 0.0, atol=1e-6)
+    # The outline, and nothing that is a radius away from it.
+    edge = (np.abs(f.p[:, :2] - 0.098) > 0.0975).any(axis=1)
+    assert f.rim[edge].all()
+    assert not f.rim[(np.abs(f.p[:, :2] - 0.098) < 0.098 - RHO).all(axis=1)].any()
+    assert np.sum(f.k1[f.rim] * (f.p[f.rim] - [0.098, 0.098, 0.0]), axis=1).min() > 0.05  # outward
+
+
+@pytest.mark.parametrize("thickness", [0.01, 0.02])
+def test_the_other_side_of_a_thin_wall_bends_nothing(thickness):
+    size = np.array([0.4, 0.3, thickness])
+    f = features_of(shapes.box(size, 40000, np.random.default_rng(0)))
+    inner = f.take((np.abs(f.p[:, :2]) < size[:2] / 2 - 2 * RHO).all(axis=1))
+    assert np.percentile(np.abs(inner.r), 95) < 0.05
+    assert inner.rim.mean() < 0.01
+
+
+def test_neighbours_on_one_line_say_nothing():
+    # A wire beside a plate.
+    rng = np.random.default_rng(0)
+    wire = np.column_stack([rng.uniform(0.0, 0.3, 400), np.zeros(400), np.full(400, 0.2)])
+    plate = shapes.plane([0.3, 0.3], 4000, rng)
+    f = compute_features(PointCloud.read(np.vstack([wire, plate]), viewpoint=[0, 0, 1]), FeatureParameters(voxel=0.0))
+    on_wire = f.take(f.p[:, 2] > 0.1)
+    assert len(on_wire) == 400
+    assert np.isfinite(on_wire.q).all()
+    # Normals of a line are any; what they regress on is bounded, all the same.
+    assert np.abs(on_wire.r).max() < 1.0
+
+
+def test_a_cloud_far_from_the_origin_is_the_same_cloud():
+    points = shapes.torus(0.2, 0.08, 15000, np.random.default_rng(0))
+    plain = FeatureParameters(voxel=0.0)
+    near, far = (compute_features(PointCloud.read(points + shift), plain) for shift in (0.0, 1000.0))
+    np.testing.assert_allclose(far.r, near.r, atol=1e-6)
+    np.testing.assert_array_equal(far.rim, near.rim)
+    np.testing.assert_allclose(far.normal, near.normal, atol=1e-6)
+
+
+def test_as_many_neighbours_as_asked_are_enough():
+    # Two clusters, of 6 and of 5 points: a point counts as its own neighbour.
+    rng = np.random.default_rng(0)
+    six, five = rng.uniform(0.0, 0.01, (6, 3)), rng.uniform(0.0, 0.01, (5, 3)) + 1.0
+    f = compute_features(PointCloud.read(np.vstack([six, five])), FeatureParameters(voxel=0.0))
+    assert len(f) == 6
+    np.testing.assert_array_equal(np.sort(f.p, axis=0), np.sort(six, axis=0))
+    both = compute_features(PointCloud.read(np.vstack([six, five])), FeatureParameters(voxel=0.0, min_neighbours=5))
+    assert len(both) == 11
+
+
+def test_the_radius_scales_the_descriptor_and_is_kept():
+    points = shapes.sphere(0.2, 60000, np.random.default_rng(0))
+    f = compute_features(PointCloud.read(points), FeatureParameters(rho=0.05, edge_saliency=0.7))
+    assert (f.rho, f.edge_saliency) == (0.05, 0.7)
+    assert np.mean(f.r) == pytest.approx(0.05 / 0.2, rel=0.03)
