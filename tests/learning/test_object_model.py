@@ -31,6 +31,7 @@ def test_features_within_the_radius_are_drawn_equally_often(count):
     assert set(drawn) <= set(range(2, 9))
     assert np.ptp(times) <= 1
     assert len(drawn) == min(count, 7)
+    assert np.all(np.diff(model.features.p[:, 0]) >= 0)  # in the features' own order
     # Descriptors go with their places.
     np.testing.assert_allclose(model.features.r[:, 0], model.features.p[:, 0] / 0.01)
 

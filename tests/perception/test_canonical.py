@@ -72,7 +72,7 @@ def test_order_and_repeats_do_not_matter(points):
         np.testing.assert_allclose(other.downsampled(0.0075).points, expected.downsampled(0.0075).points, atol=1e-12)
 
 
-@pytest.mark.parametrize("sides", [4, 5, 6])
+@pytest.mark.parametrize("sides", [3, 4, 5, 6, 7, 8])
 def test_isotropic_second_moment_falls_back_on_a_higher_one(sides):
     # A regular prism's corners: the covariance is a multiple of the identity, so its axes are rounding.
     angle = 2 * np.pi * np.arange(sides) / sides
@@ -96,3 +96,40 @@ def test_features_are_the_same_in_the_same_order(name):
     np.testing.assert_allclose(b.p, a.p, atol=1e-9)
     np.testing.assert_allclose(b.r, a.r, atol=1e-6)
     np.testing.assert_array_equal(b.rim, a.rim)
+
+
+def test_x_is_the_long_axis_and_looks_where_more_reaches_far():
+    # A bar with a long thin end: the third moment is on the end's side.
+    rng = np.random.default_rng(0)
+    bar = rng.uniform(-0.5, 0.5, (4000, 3)) * [0.6, 0.2, 0.1]
+    end = rng.uniform(-0.5, 0.5, (300, 3)) * [0.3, 0.02, 0.1] + [0.45, 0.0, 0.0]
+    points = np.vstack([bar, end])
+    for yaw in (0.0, 0.7, 2.8, -1.9):
+        turn = quat_about_axis(Z, np.asarray(yaw))
+        X_SN = canonical_frame(PointCloud.read(rotate(turn, points)))
+        angle = np.arccos(axis_of(X_SN.q, 0) @ rotate(turn, np.array([1.0, 0.0, 0.0])))
+        assert angle < 0.05
+
+
+def test_where_x_has_no_sense_of_its_own_y_decides():
+    # Mirrored in x, not in y.
+    rng = np.random.default_rng(1)
+    half = rng.uniform(0.0, 1.0, (500, 3)) ** [1.0, 2.0, 1.0] * [0.4, 0.2, 0.1]
+    points = np.vstack([half, half * [-1.0, 1.0, 1.0]])
+    expected = None
+    for yaw in (0.0, 1.0, 2.0, 3.0, 4.0, 5.0):
+        got = in_canonical(rotate(quat_about_axis(Z, np.asarray(yaw)), points)).points
+        expected = got if expected is None else expected
+        # The same set of points: its mirror image in x is itself.
+        np.testing.assert_allclose(np.sort(got[:, 1]), np.sort(expected[:, 1]), atol=1e-9)
+    assert np.sum(expected[:, 1] ** 3) > 0.0
+
+
+def test_a_circle_has_some_frame():
+    angle = 2 * np.pi * np.arange(72) / 72
+    ring = np.stack([np.cos(angle), np.sin(angle), np.zeros(72)], axis=1)
+    X_SN = canonical_frame(PointCloud.read(np.vstack([ring, ring + Z])))
+    assert np.isfinite(X_SN.q).all()
+    np.testing.assert_allclose(X_SN.p, [0.0, 0.0, 0.5], atol=1e-12)
+    # Its yaw is that of a point.
+    np.testing.assert_allclose(np.linalg.norm(ring - axis_of(X_SN.q, 0), axis=1).min(), 0.0, atol=1e-9)

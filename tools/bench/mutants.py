@@ -48,26 +48,26 @@ PERCEPTION, DENSITY, LEARNING = "perception/test_{}.py", "density/test_{}.py", "
 TRANSFERRING, CONTROL = "transferring/test_{}.py", "control/test_{}.py"
 CORE = {
     "perception/surface_features.py": (PERCEPTION, "surface_features"),
-    "perception/neighbourhoods.py": (PERCEPTION, "surface_features"),
+    "perception/neighbourhoods.py": (PERCEPTION, "neighbourhoods", "surface_features"),
     "perception/orientation.py": (PERCEPTION, "orientation", "surface_features"),
     "perception/canonical.py": (PERCEPTION, "canonical"),
     "density/kernels.py": (DENSITY, "kernels"),
-    "density/mixture.py": (DENSITY, "pose_density", "surface_density"),
+    "density/mixture.py": (DENSITY, "mixture", "pose_density", "surface_density"),
     "density/pose_density.py": (DENSITY, "pose_density"),
     "density/surface_density.py": (DENSITY, "surface_density"),
     "learning/configuration_model.py": (LEARNING, "configuration_model"),
-    "learning/contact_model.py": (LEARNING, "learn"),
-    "learning/object_model.py": (LEARNING, "learn"),
-    "learning/task_model.py": (LEARNING, "learn"),
+    "learning/contact_model.py": (LEARNING, "contact_model", "learn"),
+    "learning/object_model.py": (LEARNING, "object_model", "learn"),
+    "learning/task_model.py": (LEARNING, "task_model", "learn"),
     "learning/hull.py": (LEARNING, "hull"),
-    "transferring/likelihood.py": (TRANSFERRING, "contact_gradients", "relief", "formation_transfer"),
+    "transferring/likelihood.py": (TRANSFERRING, "likelihood", "contact_gradients", "formation_transfer"),
     "transferring/query_density.py": (TRANSFERRING, "query_density", "contact_gradients"),
     "transferring/grid_density.py": (TRANSFERRING, "grid_density"),
     "control/payload_model.py": (CONTROL, "payload_model"),
     "control/payload_linearization.py": (CONTROL, "payload_linearization"),
     "control/condensing.py": (CONTROL, "condensing"),
     "control/tracking_error.py": (CONTROL, "tracking_error"),
-    "control/horizon.py": (CONTROL, "mpc"),
+    "control/horizon.py": (CONTROL, "horizon", "mpc"),
 }
 
 

@@ -102,7 +102,7 @@ def changes(text: Text, node: ast.AST) -> Iterator[tuple[int, int, str]]:
     match node:
         case ast.BinOp(left, kind, right):
             yield from operator(left, kind, right, SWAPS)
-            if isinstance(kind, ast.MatMult):
+            if isinstance(kind, ast.MatMult) and text.of(left) != text.of(right):
                 yield *text.span(node), f"(({text.of(right)}) @ ({text.of(left)}))"
         case ast.AugAssign(target, kind, value):
             yield from operator(target, kind, value, SWAPS)
