@@ -98,6 +98,17 @@ def test_features_are_the_same_in_the_same_order(name):
     np.testing.assert_array_equal(b.rim, a.rim)
 
 
+def test_a_threefold_shape_without_a_sixth_moment():
+    # Two triangles of one size, 30 degrees apart: of all moments up to the eighth only the third is there.
+    angle = np.deg2rad([0.0, 30.0, 120.0, 150.0, 240.0, 270.0])
+    ring = np.stack([np.cos(angle), np.sin(angle), np.zeros(6)], axis=1)
+    points = np.concatenate([ring, ring + Z])
+    expected = in_canonical(points).points
+    for yaw in np.linspace(0.1, 6.0, 25):
+        got = in_canonical(rotate(quat_about_axis(Z, np.asarray(yaw)), points)).points
+        assert np.linalg.norm(got[:, None] - expected, axis=2).min(axis=1).max() < 1e-6
+
+
 def test_x_is_the_long_axis_and_looks_where_more_reaches_far():
     # A bar with a long thin end: the third moment is on the end's side.
     rng = np.random.default_rng(0)

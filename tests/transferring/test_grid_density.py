@@ -122,6 +122,9 @@ def test_votes_beside_the_region_count_as_far_as_they_reach_into_it():
             there = np.array(side) + 0.05 * s * outward
             expected = -0.5 * s**2 - np.log(2 * np.pi * 0.05**2)
             assert density.log_density(there) == pytest.approx(expected, abs=0.12)
+    # Beyond the last line of the grid by part of a cell: that part falls off.
+    partly = GridDensity(np.array([[0.605, 0.2]]), np.ones(1), *args)
+    assert 0.1 < partly.total < 0.9
     nothing = GridDensity(np.array([far]), np.ones(1), *args)
     assert nothing.total == 0.0
     assert np.isfinite(nothing.log_density(np.zeros((3, 2)))).all()
@@ -138,7 +141,7 @@ def test_yaws_that_agree_add_up_and_those_that_do_not_hardly():
     places = np.array([[-0.2, -0.2], [-0.2, 0.2], [0.2, -0.2], [0.2, 0.2]])
     yaws = ([1.0], [1.0, 1.0], [1.0, 4.0], [0.02, -0.02])
     votes = np.array([[*place, yaw % (2 * np.pi)] for place, of in zip(places, yaws) for yaw in of])
-    args = ([0.05, 0.05, 0.35], [-0.3, -0.3, 0.0], [0.3, 0.3, 2 * np.pi], [False, False, True])
+    args = ([0.05, 0.05, 0.35], [-0.3, -0.4, 0.0], [0.3, 0.35, 2 * np.pi], [False, False, True])
     density = GridDensity(votes, np.ones(len(votes)), *args, best_of_last=True)
     one, agreed, apart, about_zero = density.log_density(places)
     assert agreed - one == pytest.approx(np.log(2.0), abs=0.01)

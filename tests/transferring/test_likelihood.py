@@ -7,6 +7,7 @@ from scipy.optimize import minimize_scalar
 from drake_aerial.geometry import Pose, quat_about_axis, quat_exp, quat_multiply, rotate
 from drake_aerial.learning.configuration_model import ConfigurationModel
 from drake_aerial.learning.hull import HorizontalHull
+from drake_aerial.transferring.cuts import Cuts
 from drake_aerial.transferring.likelihood import (
     GAMMA,
     GAMMA_FORMATION,
@@ -99,6 +100,17 @@ def test_one_gripper_weighs_all_directions_alike():
     new, old = hull(UNEVEN * [1.5, 0.9]), hull(UNEVEN)
     alone, plain = ScalePrior.of_hulls(new, old, 0.2, np.zeros((1, 3))), ScalePrior.of_hulls(new, old, 0.2)
     assert (alone.log_mean, alone.sigma) == (plain.log_mean, plain.sigma)
+
+
+@pytest.mark.parametrize("steps", [0, 8, 20, 45])
+def test_across_a_cut_an_object_is_as_wide_as_ever(steps):
+    # A strip is missing at the end of a box that lies in any direction; of 72 directions five look there.
+    yaw, flags = np.deg2rad(5.0 * steps), np.zeros(72, bool)
+    flags[(np.arange(-2, 3) + steps) % 72] = True
+    whole = 0.5 * np.array([[0.68, 0.61], [-0.68, 0.61], [-0.68, -0.61], [0.68, -0.61]])
+    left = np.column_stack([np.minimum(whole[:, 0], 0.19), 1.3 * whole[:, 1]])
+    prior = ScalePrior.of_hulls(hull(turned(left, yaw)), hull(whole), yaw, None, Cuts(flags))
+    assert prior.log_mean == pytest.approx(np.log(1.3), abs=0.03)
 
 
 @pytest.mark.parametrize("degrees", [0.0, 35.0, 190.0, 355.0])

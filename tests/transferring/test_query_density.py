@@ -200,3 +200,13 @@ def test_what_is_curved_otherwise_does_not_resemble_the_contact(skill, features,
     else:
         with pytest.raises(JobError, match="contact density of gripper 1 is zero"):
             draw_candidates(skill, 0, few, 10, np.random.default_rng(12))
+
+
+def test_one_feature_that_resembles_the_contact_is_enough(skill, features):
+    few = features.take(np.arange(30))
+    contact = skill.contacts[0].density
+    few.r[:] = contact.descriptor.max(axis=0) + 9.0 * contact.bandwidth.descriptor
+    few.r[11] = contact.descriptor[0]
+    _, weights = draw_candidates(skill, 0, few, 300, np.random.default_rng(13))
+    # A thirtieth of the draws; all the others weigh next to nothing.
+    assert np.sum(weights > weights.max() - 5.0) == pytest.approx(10, abs=1)
