@@ -11,7 +11,7 @@ A case is a shipped demonstration of one gripper, a box of random size or a ship
 
 Reported is how far the best contact of `task` is from where the unchanged case has it, and its likelihood's change.
 
-    tools/run python tools/bench/invariance.py                200 cases (some 10 CPU minutes)
+    tools/run python tools/bench/invariance.py                200 cases (some 3 CPU minutes)
 """
 
 from __future__ import annotations
