@@ -327,6 +327,20 @@ def test_where_no_direction_stands_out_any_fixed_tangent_serves():
     assert np.sum(f.k1[f.rim] * (f.p[f.rim] - [0.098, 0.098, 0.0]), axis=1).min() > 0.05  # outward
 
 
+def test_where_a_ball_is_round_any_fixed_tangent_serves():
+    # The pole of a cap of rings: its curvatures are alike, but for rounding, and not zero.
+    angle = np.arange(8) * np.pi / 4
+    rings = [
+        np.column_stack([s * np.cos(angle), s * np.sin(angle), np.full(8, np.sqrt(0.01 - s * s))]) for s in (0.01, 0.02)
+    ]
+    cap = np.vstack([[0.0, 0.0, 0.1], *rings])
+    f = compute_features(PointCloud.read(cap, viewpoint=[0.0, 0.0, 1.0]), FeatureParameters(voxel=0.0))
+    pole = f.take(f.p[:, 2] > 0.0999)
+    assert pole.r[0, 0] == pytest.approx(pole.r[0, 1], abs=1e-12)
+    assert pole.r[0, 0] > 0.05
+    np.testing.assert_allclose(pole.k1, perpendicular(pole.normal), atol=1e-9)
+
+
 @pytest.mark.parametrize("thickness", [0.01, 0.02])
 def test_the_other_side_of_a_thin_wall_bends_nothing(thickness):
     size = np.array([0.4, 0.3, thickness])
