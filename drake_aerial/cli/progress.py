@@ -7,6 +7,8 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from drake_aerial.cli.interrupts import heed
+
 
 @contextmanager
 def progress_bar(label: str) -> Iterator[Callable[[float, str], None]]:
@@ -23,6 +25,7 @@ def progress_bar(label: str) -> Iterator[Callable[[float, str], None]]:
     ) as bar:
 
         def update(fraction: float, what: str = "") -> None:
+            heed()
             bar.set_description_str(what or label, refresh=False)
             bar.n = 100.0 * min(max(fraction, 0.0), 1.0)
             bar.refresh()
@@ -36,6 +39,7 @@ def progress_log(label: str, every: float = 60.0) -> Callable[[float, str], None
 
     def update(fraction: float, what: str = "") -> None:
         nonlocal told
+        heed()
         if time.monotonic() - told >= every:
             told = time.monotonic()
             say(f"{label}: {100 * fraction:.0f} %, {what}")
