@@ -81,12 +81,12 @@ class BallNeighbourhoods:
     def __init__(self, points: Array, radius: float) -> None:
         self.points = points
         self.radius = radius
-        lower, extent = points.min(axis=0), float(np.ptp(points, axis=0).max())
+        extent = float(np.ptp(points, axis=0).max())
         side = max(_SIDE * radius, extent / _CUBES)
-        first, number, size = self._cubes(lower, side)
+        first, number, size = self._cubes(side)
         while _shared(first, len(points)) < _FEW and side < extent:
             side *= 2.0
-            first, number, size = self._cubes(lower, side)
+            first, number, size = self._cubes(side)
         self._sorted = np.ascontiguousarray(points[self._order].T)
         bounds = np.append(first, len(points))
         # Three cubes in a row along z are one run of sorted points; nine runs make up the surroundings.
@@ -108,12 +108,9 @@ class BallNeighbourhoods:
         self._begin, self._end = begin[cube_of[like]], end[cube_of[like]]
         self._batches = self._batched(around[cube_of[like]])
 
-    def _cubes(self, lower: Array, side: float) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    def _cubes(self, side: float) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
         """Sort the points by cube; return where cubes begin, their numbers, and how many there are along each axis."""
-        # One empty cube on every side: a neighbouring cube's number is this one's plus a constant.
-        cube = ((self.points - lower) / side).astype(np.int64) + 1
-        size = cube.max(axis=0) + 2
-        number = (cube[:, 0] * size[1] + cube[:, 1]) * size[2] + cube[:, 2]
+        number, size = _cube_numbers(self.points, side)
         self._order = np.argsort(number, kind="stable")
         number = number[self._order]
         first = np.flatnonzero(np.append(True, np.diff(number) != 0))
@@ -159,6 +156,20 @@ class BallNeighbourhoods:
         right[4] = np.where(real, dot(p_candidate, p_candidate), _FAR)
         inside = left.transpose(1, 2, 0) @ right.transpose(1, 0, 2) <= self.radius**2
         return Batch(self._order[rows], used, self._order[candidates], p_row, p_candidate, inside)
+
+
+def order_by_place(points: Array, side: float) -> NDArray[np.int64]:
+    """Return the order (N,) that takes points (N, 3) cube by cube of about that side [m]: neighbours are then near in memory."""
+    side = max(side, float(np.ptp(points, axis=0).max()) / _CUBES)
+    return np.argsort(_cube_numbers(points, side)[0], kind="stable")
+
+
+def _cube_numbers(points: Array, side: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the number (N,) of every point's cube, and how many there are along each axis, (3,)."""
+    # One empty cube on every side: a neighbouring cube's number is this one's plus a constant.
+    cube = ((points - points.min(axis=0)) / side).astype(np.int64) + 1
+    size = cube.max(axis=0) + 2
+    return (cube[:, 0] * size[1] + cube[:, 1]) * size[2] + cube[:, 2], size
 
 
 def dot(a: Array, b: Array) -> Array:

@@ -13,7 +13,9 @@ Array = NDArray[np.float64]
 _UPPER = np.triu_indices(3)
 
 
-def fit_planes(points: Array, radius: float, min_neighbours: int) -> tuple[BallNeighbourhoods, Array] | None:
+def fit_planes(
+    points: Array, radius: float, min_neighbours: int
+) -> tuple[BallNeighbourhoods, Array, NDArray[np.int64]] | None:
     """Fit a plane to the ball round every point that has enough neighbours, counting only such points.
 
     Parameters
@@ -31,22 +33,25 @@ def fit_planes(points: Array, radius: float, min_neighbours: int) -> tuple[BallN
         Of the M points that are left, in the given order.
     normals : (M, 3) array
         Unit normals of arbitrary sign: the directions of least spread.
+    kept : (M,) int array
+        Which of the given points are left.
 
     If no points are left, None.
     """
     balls = BallNeighbourhoods(points, radius)
     normals, count = _planes(balls)
+    kept = np.arange(len(points))
     if count.min() >= min_neighbours:
-        return balls, normals
+        return balls, normals, kept
     # Without the points that are left out, those near them may have too few.
     while count.min(initial=min_neighbours) < min_neighbours:
         enough = count >= min_neighbours
-        left_out, points, count = cKDTree(points[~enough]), points[enough], count[enough]
+        left_out, points, count, kept = cKDTree(points[~enough]), points[enough], count[enough], kept[enough]
         count = count - left_out.query_ball_point(points, radius, return_length=True)
     if len(points) == 0:
         return None
     balls = BallNeighbourhoods(points, radius)
-    return balls, _planes(balls)[0]
+    return balls, _planes(balls)[0], kept
 
 
 def _planes(balls: BallNeighbourhoods) -> tuple[Array, NDArray[np.int64]]:

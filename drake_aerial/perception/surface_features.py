@@ -14,6 +14,7 @@ from drake_aerial.errors import InputError
 from drake_aerial.geometry import Pose, axis_of, perpendicular, quat_about_axis, quat_from_xz, quat_multiply
 from drake_aerial.perception import orientation
 from drake_aerial.perception.curvature import Curvature
+from drake_aerial.perception.neighbourhoods import order_by_place
 from drake_aerial.perception.plane_fit import fit_planes
 from drake_aerial.perception.point_cloud import PointCloud
 
@@ -193,7 +194,7 @@ def compute_features(cloud: PointCloud, parameters: FeatureParameters | None = N
     Returns
     -------
     SurfaceFeatures
-        In the cloud's frame. Points with too few neighbours are left out.
+        In the cloud's frame; without voxels in the order of its points. Points with too few neighbours are left out.
 
     Raises
     ------
@@ -212,14 +213,18 @@ def compute_features(cloud: PointCloud, parameters: FeatureParameters | None = N
     parameters = parameters or FeatureParameters()
     if parameters.voxel_size > 0.0:
         cloud = cloud.downsampled(parameters.voxel_size)
-    planes = fit_planes(cloud.points, parameters.rho, parameters.min_neighbours)
+        order = np.arange(len(cloud))
+    else:
+        # A raw cloud's points may come in any order; voxels are in order already.
+        order = order_by_place(cloud.points, 2.0 * parameters.rho)
+    planes = fit_planes(cloud.points[order], parameters.rho, parameters.min_neighbours)
     if planes is None:
         raise InputError(
             f"too few points: none of {len(cloud)} (one per {1e3 * parameters.voxel_size:.3g} mm voxel) has "
             f"{parameters.min_neighbours} neighbours within rho = {parameters.rho:g} m; "
             "give a denser cloud or a larger rho"
         )
-    balls, normals = planes
+    balls, normals, kept = planes
     points = balls.points
     if cloud.viewpoint is not None:
         normals = orientation.towards_viewpoint(points, normals, cloud.viewpoint)
@@ -236,4 +241,5 @@ def compute_features(cloud: PointCloud, parameters: FeatureParameters | None = N
     umbilic = magnitude[:, 0] - magnitude[:, 1] < _ROUNDING
     x = np.where(curvature.rim[:, None], curvature.outward, np.where(umbilic[:, None], t1, curvature.k1))
     q = quat_from_xz(x, normals)
-    return SurfaceFeatures(points, q, r, anisotropy, curvature.rim, parameters.rho, parameters.edge_saliency)
+    features = SurfaceFeatures(points, q, r, anisotropy, curvature.rim, parameters.rho, parameters.edge_saliency)
+    return features if parameters.voxel_size > 0.0 else features.take(np.argsort(order[kept]))

@@ -110,41 +110,42 @@ class GridDensity:
         x = np.asarray(x, float)
         dimension = len(self._shape)
         position = (x.reshape(-1, dimension) - self._lower) / self._step
-        indices, weights, slopes = [], [], []
+        last, wrap = self._shape - 1, np.array(self._periodic)
+        u = np.where(wrap, position, np.clip(position, 0.0, last))
+        base = np.floor(u)
+        t = u - base
+        # Four grid points around, per axis; mirrored about the first and the last where the axis ends.
+        taps = base.astype(int)[..., None] + np.arange(-1, 3)
+        ends = last[:, None]
+        taps = np.where(wrap[:, None], taps % self._shape[:, None], ends - np.abs(ends - np.abs(taps)))
+        weights = _spline(t)
+        flat = np.zeros((len(position),) + (1,) * dimension, dtype=int)
         for axis in range(dimension):
-            count, u = self._shape[axis], position[:, axis]
-            if not self._periodic[axis]:
-                u = np.clip(u, 0.0, count - 1.0)
-            base = np.floor(u).astype(int)
-            t = u - base
-            taps = base[:, None] + np.arange(-1, 3)
-            if self._periodic[axis]:
-                taps %= count
-            else:
-                # Mirrored about the first and the last grid point.
-                taps = np.abs(taps)
-                taps = np.where(taps > count - 1, 2 * (count - 1) - taps, taps)
-            indices.append(taps)
-            weights.append(_spline(t))
-            if gradient:
-                slope = _spline_slope(t) / self._step[axis]
-                inside = self._periodic[axis] | ((position[:, axis] >= 0) & (position[:, axis] <= count - 1))
-                slopes.append(slope * np.atleast_1d(inside)[:, None])
-        letters = "abc"[:dimension]
-        picked = self._coefficients[
-            tuple(
-                index.reshape(len(position), *(4 if k == axis else 1 for k in range(dimension)))
-                for axis, index in enumerate(indices)
-            )
-        ]
-        rule = f"n{letters}," + ",".join(f"n{letter}" for letter in letters) + "->n"
-        value = np.einsum(rule, picked, *weights) + self._log_scale
+            flat = flat * self._shape[axis] + _along(taps[:, axis], axis, dimension)
+        picked = self._coefficients.ravel().take(flat)
+        value = _contracted(picked, weights) + self._log_scale
         slope_out = np.zeros((len(position), dimension))
         if gradient:
+            inside = wrap | ((position >= 0) & (position <= last))
+            slopes = _spline_slope(t) / self._step[:, None] * inside[..., None]
             for axis in range(dimension):
-                factors = [slopes[k] if k == axis else weights[k] for k in range(dimension)]
-                slope_out[:, axis] = np.einsum(rule, picked, *factors)
+                factors = weights.copy()
+                factors[:, axis] = slopes[:, axis]
+                slope_out[:, axis] = _contracted(picked, factors)
         return value.reshape(x.shape[:-1]), slope_out.reshape(x.shape)
+
+
+def _along(values: np.ndarray, axis: int, dimension: int) -> np.ndarray:
+    """Return values (N, 4) with the second axis moved to the given one of so many axes behind the first."""
+    return values.reshape(len(values), *(4 if k == axis else 1 for k in range(dimension)))
+
+
+def _contracted(picked: Array, weights: Array) -> Array:
+    """Return the sums (N,) of coefficients (N, 4, ..., 4) by the weights (N, D, 4) of their D axes."""
+    for axis in range(weights.shape[1] - 1, -1, -1):
+        w = weights[:, axis].reshape(len(weights), *(1,) * (axis - 1), 4) if axis else weights[:, 0]
+        picked = np.vecdot(picked, w) if axis == 0 else np.matvec(picked, w)
+    return picked
 
 
 def _soft_maximum(grid: Array) -> Array:
@@ -154,18 +155,19 @@ def _soft_maximum(grid: Array) -> Array:
 
 
 def _spline(t: Array) -> Array:
-    """Return the cubic B-spline's four weights (N, 4) at fractions t (N,)."""
+    """Return the cubic B-spline's four weights (..., 4) at fractions t (...)."""
     s = 1.0 - t
-    return (
-        np.stack(
-            [s**3, 3 * t**3 - 6 * t**2 + 4, 3 * s**3 - 6 * s**2 + 4, t**3],
-            axis=1,
-        )
-        / 6.0
-    )
+    out = np.empty((*t.shape, 4))
+    t2, s2 = t * t, s * s
+    out[..., 0] = s2 * s
+    out[..., 1] = t2 * (3.0 * t - 6.0) + 4.0
+    out[..., 2] = s2 * (3.0 * s - 6.0) + 4.0
+    out[..., 3] = t2 * t
+    out /= 6.0
+    return out
 
 
 def _spline_slope(t: Array) -> Array:
-    """Return the derivatives (N, 4) of `_spline` by t."""
+    """Return the derivatives (..., 4) of `_spline` by t."""
     s = 1.0 - t
-    return np.stack([-(s**2) / 2, (3 * t**2 - 4 * t) / 2, -(3 * s**2 - 4 * s) / 2, t**2 / 2], axis=1)
+    return np.stack([-(s**2) / 2, (3 * t**2 - 4 * t) / 2, -(3 * s**2 - 4 * s) / 2, t**2 / 2], axis=-1)

@@ -64,6 +64,15 @@ def test_log_sums_neither_overflow_nor_underflow(kind, digits):
     np.testing.assert_array_equal(nothing, np.full((3, 1), -np.inf))
 
 
+def test_log_sums_far_below_and_above_every_exponent_that_can_be_taken_as_it_is():
+    offsets = np.arange(-1100.0, 1100.0, 0.7)
+    spread = np.array([0.0, -1.3, -40.0, -350.0])
+    points, coefficients = np.column_stack([offsets, np.ones_like(offsets)]), np.vstack([np.ones(4), spread])
+    expected = offsets + np.logaddexp.reduce(spread)
+    got = mixture.log_weighted_sums(points, coefficients, np.ones((4, 1)))[:, 0]
+    np.testing.assert_allclose(got, expected, rtol=1e-14, atol=1e-14)
+
+
 @pytest.mark.parametrize("kind", [np.float64, np.float32])
 def test_exponentials_are_relative_to_the_largest_of_their_row(kind):
     e = np.array([[700.0, 695.0, -400.0], [-3.0, -1e4, -4.0]], kind)

@@ -388,3 +388,12 @@ def test_the_radius_scales_the_descriptor_and_is_kept():
     f = compute_features(PointCloud.read(points), FeatureParameters(rho=0.05, edge_saliency=0.7))
     assert (f.rho, f.edge_saliency) == (0.05, 0.7)
     assert np.mean(f.r) == pytest.approx(0.05 / 0.2, rel=0.03)
+
+
+def test_features_of_a_raw_cloud_are_in_the_order_of_its_points():
+    rng = np.random.default_rng(5)
+    plate = np.column_stack([rng.uniform(-0.1, 0.1, (3000, 2)), np.zeros(3000)])
+    stray = np.array([[0.5, 0.5, 0.5], [-0.5, 0.1, 0.0]])
+    points = np.concatenate([plate, stray])[rng.permutation(3002)]
+    f = compute_features(PointCloud.read(points, viewpoint=[0.0, 0.0, 1.0]), FeatureParameters(voxel=0.0))
+    np.testing.assert_array_equal(f.p, points[points[:, 2] + np.abs(points[:, 0]) < 0.2])
