@@ -8,7 +8,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components, minimum_spanning_tree
 from scipy.spatial import cKDTree
 
-from drake_aerial.cores import cores
+from drake_aerial.cores import cores, for_each
 from drake_aerial.perception.neighbourhoods import dot
 
 Array = NDArray[np.float64]
@@ -18,6 +18,8 @@ _DIRECTIONS = 128
 # Weight of "outward is mostly up" and of "outward is away from the middle" beside the extremal points' votes.
 _UP_WEIGHT = 3.0
 _AWAY_WEIGHT = 0.25
+# Edges that are looked at together: their arrays stay in the cache, and the cores share the parts.
+_EDGES = 8192
 
 
 def towards_viewpoint(points: Array, normals: Array, viewpoint: Array) -> Array:
@@ -78,14 +80,19 @@ def _sign_graph(points: Array, normals: Array, radius: float) -> csr_matrix:
 def _transport(points: Array, normals: Array, i: NDArray[np.int64], j: NDArray[np.int64]) -> tuple[Array, Array]:
     """Return n_j . n_i' with n_i' the normal at i carried along a circle to j, and the offset's part along n_i."""
     # Coordinate by coordinate: long columns are several times as fast as rows of three.
-    columns = points.T.copy()
-    offset = columns.take(j, axis=1) - columns.take(i, axis=1)
-    offset /= np.maximum(np.sqrt(dot(offset, offset)), 1e-300)
-    columns = normals.T.copy()
-    n_i, n_j = columns.take(i, axis=1), columns.take(j, axis=1)
-    along_i, along_j = dot(offset, n_i), dot(offset, n_j)
-    agreement = dot(n_i, n_j) - 2.0 * along_i * along_j
-    return agreement, np.maximum(np.abs(along_i), np.abs(along_j))
+    p, n = points.T.copy(), normals.T.copy()
+    agreement, along = np.empty(len(i)), np.empty(len(i))
+
+    def carry(edges: slice) -> None:
+        offset = p.take(j[edges], axis=1) - p.take(i[edges], axis=1)
+        offset /= np.maximum(np.sqrt(dot(offset, offset)), 1e-300)
+        n_i, n_j = n.take(i[edges], axis=1), n.take(j[edges], axis=1)
+        along_i, along_j = dot(offset, n_i), dot(offset, n_j)
+        agreement[edges] = dot(n_i, n_j) - 2.0 * along_i * along_j
+        along[edges] = np.maximum(np.abs(along_i), np.abs(along_j))
+
+    for_each(carry, [slice(start, start + _EDGES) for start in range(0, len(i), _EDGES)])
+    return agreement, along
 
 
 def _spread(points: Array, normals: Array, tree: csr_matrix, part: NDArray[np.int32], count: int) -> Array:
