@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_aerial.control.vectors import IDENTITY
 from drake_aerial.geometry import cross, skew
 from drake_aerial.plant.cable_geometry import rotation
 
@@ -49,7 +50,7 @@ class Observation(NamedTuple):
 
     def after(self, time: float) -> Observation:
         """Return what is to be seen `time` [s] later, at constant velocities, for times in which no more happens."""
-        turn = np.eye(3) + time * skew(self.W)
+        turn = IDENTITY + time * skew(self.W)
         xi = self.xi + time * self.xi_dot
         return self._replace(
             p=self.p + time * self.v,

@@ -18,7 +18,7 @@ from drake_aerial.control.payload_model import (
     tangent_basis,
 )
 from drake_aerial.control.payload_parameters import PayloadModelParameters
-from drake_aerial.control.vectors import skew, vee
+from drake_aerial.control.vectors import IDENTITY, skew, vee
 
 Array = NDArray[np.float64]
 
@@ -103,7 +103,7 @@ def linearize(
     # Accelerations of the contacts: G_i = a_cm + R (W' x a_i + W x (W x a_i)).
     levers = np.empty((B, n, 3, 6))
     levers[..., 0:3] = -(x.R[:, None] @ arm)
-    levers[..., 3:6] = np.eye(3)
+    levers[..., 3:6] = IDENTITY
     lever = levers.reshape(B, 3 * n, 6)
     own = np.empty((B, n, 3, 6))
     own[..., 0:3] = skew(d.arm_acceleration)
@@ -223,7 +223,7 @@ def discretize(linear: Linearization, step: float) -> DiscreteModel:
     drift[:, 0:3] += step * linear.rate[:, 0:3] + 0.5 * step * f_v
     drift[:, 3:6] += f_v
     flow.reshape(B, -1)[:, nu :: nu + nx + 2] += 1.0
-    Phi[:, 0:3, 3:6] = step * np.eye(3)
+    Phi[:, 0:3, 3:6] = step * IDENTITY
     return DiscreteModel(flow)
 
 
@@ -232,19 +232,23 @@ def repeated(discrete: DiscreteModel, times: Array) -> DiscreteModel:
 
     The matrices given are changed in place.
     """
-    nu = discrete.flow.shape[2] - discrete.flow.shape[1] - 1
-    longer = np.flatnonzero(times > 1)
-    once = discrete.flow[longer]
-    taken = once.copy()
-    for k in range(1, int(times.max())):
-        more = times[longer] > k
-        step, before = once[more], taken[more]
-        after = step[:, :, nu:-1] @ before
+    flow, longest = discrete.flow, int(times.max())
+    nu = flow.shape[2] - flow.shape[1] - 1
+    once = flow.copy() if longest > 2 else flow
+    for k in range(1, longest):
+        more = _run(np.flatnonzero(times > k))
+        step = once[more]
+        after = step[:, :, nu:-1] @ flow[more]
         after[:, :, :nu] += step[:, :, :nu]
         after[:, :, -1] += step[:, :, -1]
-        taken[more] = after
-    discrete.flow[longer] = taken
+        flow[more] = after
     return discrete
+
+
+def _run(index: NDArray[np.intp]) -> slice | NDArray[np.intp]:
+    """Return an ascending index as a slice, where it is one: what it takes is not copied."""
+    first, end = int(index[0]), int(index[-1]) + 1
+    return slice(first, end) if end - first == len(index) else index
 
 
 def own_blocks(rows: Array, first: int, width: int) -> Array:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_aerial.control.payload_parameters import GRAVITY, PayloadModelParameters
-from drake_aerial.control.vectors import cross, skew, vee
+from drake_aerial.control.vectors import IDENTITY, cross, skew, vee
 from drake_aerial.geometry import quat_from_matrix, quat_log
 
 Array = NDArray[np.float64]
@@ -129,7 +129,7 @@ def rotation_exp(theta: Array) -> Array:
     # What is added keeps the quotients of zero by zero at their limit, 1.
     angle = np.sqrt(np.vecdot(theta, theta) + _TINY)[:, None, None]
     half = 0.5 * angle
-    return np.eye(3) + np.sin(angle) / angle * K + 0.5 * (np.sin(half) / half) ** 2 * (K @ K)
+    return IDENTITY + np.sin(angle) / angle * K + 0.5 * (np.sin(half) / half) ** 2 * (K @ K)
 
 
 def rotation_log(R: Array) -> Array:

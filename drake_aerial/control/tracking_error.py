@@ -15,7 +15,7 @@ from drake_aerial.control.flatness import Reference
 from drake_aerial.control.payload_linearization import discretize, linearize
 from drake_aerial.control.payload_model import PayloadState, rotation_log
 from drake_aerial.control.payload_parameters import PayloadModelParameters
-from drake_aerial.control.vectors import cross, skew
+from drake_aerial.control.vectors import IDENTITY, cross, skew
 
 Array = NDArray[np.float64]
 
@@ -49,7 +49,7 @@ def deviation(model: PayloadModelParameters, x: PayloadState, desired: Reference
 def deviation_jacobian(model: PayloadModelParameters, x: PayloadState) -> Array:
     """Return the first twelve rows and columns (B, 12, 12) of de/d(error state) at x; the rest is the identity."""
     C = np.zeros((len(x.p), 12, 12))
-    C[:, 0:6, 0:6] = np.eye(6)
+    C[:, 0:3, 0:3] = C[:, 3:6, 3:6] = IDENTITY
     levers = np.empty((len(x.p), 3, 3))
     levers[:, 0], levers[:, 1], levers[:, 2] = model.p_LLcm, cross(x.W, model.p_LLcm), -x.W
     turned = x.R[:, None] @ skew(levers)

@@ -7,6 +7,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+IDENTITY = np.eye(3)
+IDENTITY.flags.writeable = False
+
 _LEVI_CIVITA = np.zeros((3, 9))
 for _i, _j, _k, _s in ((0, 1, 2, -1), (0, 2, 1, 1), (1, 0, 2, 1), (1, 2, 0, -1), (2, 0, 1, -1), (2, 1, 0, 1)):
     _LEVI_CIVITA[_i, 3 * _j + _k] = _s

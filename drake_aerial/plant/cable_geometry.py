@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -59,3 +61,39 @@ def contact_offsets(payload_state: Array, quadrotor_states: Array, p_LC: Array) 
         payload_state[10:13] + arm @ spin - quadrotors[:, 10:13],
         R_WL,
     )
+
+
+def cable_directions(
+    payload_state: Sequence[float], quadrotor_states: Sequence[float], p_LC: Sequence[Sequence[float]]
+) -> list[float]:
+    """Return per cable (6 n) the unit vector from quadrotor to contact and its rate [1/s], in the world frame.
+
+    The same as from `contact_offsets`, in plain floats: for a sensor that sees few cables at a time.
+
+    Parameters
+    ----------
+    payload_state : 13 floats
+    quadrotor_states : 13 n floats
+    p_LC : n contacts of 3 floats
+        As of `contact_offsets`.
+    """
+    w, qx, qy, qz, px, py, pz, wx, wy, wz, vx, vy, vz = payload_state
+    xx, yy, zz, xy, xz, yz = qx * qx, qy * qy, qz * qz, qx * qy, qx * qz, qy * qz
+    ax, ay, az = w * qx, w * qy, w * qz
+    directions: list[float] = []
+    for k, (a, b, c) in enumerate(p_LC):
+        i = 13 * k + 4
+        x, y, z = quadrotor_states[i : i + 3]
+        ux, uy, uz = quadrotor_states[i + 6 : i + 9]
+        # The arm from L's origin to the contact, then what is from quadrotor to contact, and its rate.
+        rx = (1 - 2 * (yy + zz)) * a + 2 * (xy - az) * b + 2 * (xz + ay) * c
+        ry = 2 * (xy + az) * a + (1 - 2 * (xx + zz)) * b + 2 * (yz - ax) * c
+        rz = 2 * (xz - ay) * a + 2 * (yz + ax) * b + (1 - 2 * (xx + yy)) * c
+        dx, dy, dz = px + rx - x, py + ry - y, pz + rz - z
+        ex, ey, ez = vx + wy * rz - wz * ry - ux, vy + wz * rx - wx * rz - uy, vz + wx * ry - wy * rx - uz
+        inverse = 1.0 / max(sqrt(dx * dx + dy * dy + dz * dz), 1e-9)
+        dx, dy, dz = dx * inverse, dy * inverse, dz * inverse
+        along = dx * ex + dy * ey + dz * ez
+        directions += [dx, dy, dz]
+        directions += [(ex - dx * along) * inverse, (ey - dy * along) * inverse, (ez - dz * along) * inverse]
+    return directions

@@ -10,7 +10,7 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Inpu
 
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
-from drake_aerial.plant.cable_geometry import contact_offsets
+from drake_aerial.plant.cable_geometry import cable_directions
 from drake_aerial.plant.scene import TIME_STEP
 
 
@@ -71,7 +71,7 @@ class PayloadPerception(LeafSystem):
         self._philox = np.random.Philox(key=0)
         self._place: Any = self._philox.state
         self._generator = np.random.Generator(self._philox)
-        self._p_LC, self._period, self._noise, self._measured = p_LC, period, noise, measured_directions
+        self._p_LC, self._period, self._noise, self._measured = p_LC.tolist(), period, noise, measured_directions
         self._payload = self.DeclareVectorInputPort("payload_state", 13)
         self._quadrotors = self.DeclareVectorInputPort("quadrotor_states", 13 * n)
         self._attached = self.DeclareVectorInputPort("attached", n)
@@ -98,27 +98,28 @@ class PayloadPerception(LeafSystem):
     def _sample(self, context: Context, discrete_state: DiscreteValues) -> None:
         payload = self._sampled(context, self._payload, self._accelerations[0])
         quadrotors = self._sampled(context, self._quadrotors, self._accelerations[1])
-        measured = payload.copy()
+        measured = payload
         if self._noise > 0.0:
             seed = int(context.get_numeric_parameter(self._seed).GetAtIndex(0))
-            measured[4:7] += self._noise * self._normal(seed, round(context.get_time() / self._period))
-        offsets = contact_offsets(payload if self._measured else measured, quadrotors, self._p_LC)
-        p, v = offsets.p_QC_W, offsets.v_QC_W
-        inverse = 1.0 / np.maximum(np.sqrt(np.einsum("ij,ij->i", p, p)), 1e-9)[:, None]
-        directions = np.empty((len(p), 6))
-        xi = np.multiply(p, inverse, out=directions[:, 0:3])
-        directions[:, 3:6] = (v - xi * np.einsum("ij,ij->i", xi, v)[:, None]) * inverse
-        attached = self._attached.Eval(context) if self._attached.HasValue(context) else np.ones(len(p))
-        for index, value in zip(self._samples, (measured, quadrotors, directions.ravel(), attached), strict=True):
+            dx, dy, dz = self._normal(seed, round(context.get_time() / self._period)).tolist()
+            x, y, z = payload[4:7]
+            measured = payload.copy()
+            measured[4:7] = x + self._noise * dx, y + self._noise * dy, z + self._noise * dz
+        directions = cable_directions(payload if self._measured else measured, quadrotors, self._p_LC)
+        attached = self._attached.Eval(context) if self._attached.HasValue(context) else np.ones(len(self._p_LC))
+        for index, value in zip(self._samples, (measured, quadrotors, directions, attached), strict=True):
             discrete_state.set_value(index, value)
 
-    def _sampled(self, context: Context, states: InputPort, accelerations: InputPort) -> Array:
-        """Return states (13 k,) whose velocities are those of their own moment."""
-        rows = states.Eval(context).reshape(-1, 13)
+    def _sampled(self, context: Context, states: InputPort, accelerations: InputPort) -> list[float]:
+        """Return states (13 k) whose velocities are those of their own moment."""
+        # Plain floats, as in the attitude law: for few bodies they are faster than small arrays.
+        sampled: list[float] = states.Eval(context).tolist()
         if accelerations.HasValue(context):
-            rows = rows.copy()
-            rows[:, 7:13] += self._half_step * accelerations.Eval(context).reshape(-1, 6)
-        return rows.ravel()
+            rates, h = accelerations.Eval(context).tolist(), self._half_step
+            for k in range(0, len(sampled), 13):
+                a = 6 * k // 13
+                sampled[k + 7 : k + 13] = [v + h * r for v, r in zip(sampled[k + 7 : k + 13], rates[a : a + 6])]
+        return sampled
 
     def _normal(self, seed: int, number: int) -> Array:
         """Return three standard normal numbers that belong to a seed and a sample.
