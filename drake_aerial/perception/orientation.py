@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix
+from scipy.sparse import csr_matrix, triu
 from scipy.sparse.csgraph import breadth_first_order, connected_components, minimum_spanning_tree
 from scipy.spatial import cKDTree
 
@@ -74,7 +74,8 @@ def _sign_graph(points: Array, normals: Array, radius: float) -> csr_matrix:
     # a sparse graph takes for no edge.
     weight = np.round(np.maximum(doubt, 0.0), 9) + 1e-9
     graph = csr_matrix((weight, (i, j)), shape=(count, count))
-    return graph.maximum(graph.T)
+    # Each edge once: the searches take the graph for undirected, and sorting its edges is what they cost.
+    return triu(graph.maximum(graph.T), format="csr")
 
 
 def _transport(points: Array, normals: Array, i: NDArray[np.int64], j: NDArray[np.int64]) -> tuple[Array, Array]:
@@ -129,8 +130,9 @@ def _outward_sign(points: Array, normals: Array, up: Array, part: NDArray[np.int
     directions = _sphere_directions(_DIRECTIONS)
     members = np.split(np.argsort(part, kind="stable"), np.cumsum(size)[:-1])
     for k, member in enumerate(members):
-        for batch in np.split(directions, _DIRECTIONS // 16):  # bounds the (points, directions) array
-            extremal = member[np.argmax(points[member] @ batch.T, axis=0)]
+        p = np.ascontiguousarray(points[member].T)
+        for batch in np.split(directions, _DIRECTIONS // 16):  # bounds the (directions, points) array
+            extremal = member[np.argmax(batch @ p, axis=1)]
             score[k] += np.sum(normals[extremal] * batch) / _DIRECTIONS
     return np.where(score < 0.0, -1.0, 1.0)
 

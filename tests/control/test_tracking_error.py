@@ -132,6 +132,11 @@ def test_attitudes_cables_and_thrusts_are_differences_from_the_reference():
     moved = retract(y, delta)
     e = deviation(model, moved, desired, tangent_basis(y.xi))
     np.testing.assert_allclose(e[0, 12:24], delta[0, 12:24], atol=1e-4)
+    # As fast as the reference's cables turn is no deviation.
+    E = tangent_basis(y.xi)
+    turning = 0.4 * E[..., 0] - 0.7 * E[..., 1]
+    e = deviation(model, y._replace(w=y.w + turning), desired._replace(w=desired.w + 0.5 * turning), E)
+    np.testing.assert_allclose(e[0, 18:24], np.tile([0.2, -0.35], 3), atol=1e-12)
 
 
 @pytest.mark.parametrize("n", [1, 3])

@@ -72,6 +72,16 @@ def test_order_and_repeats_do_not_matter(points):
         np.testing.assert_allclose(other.downsampled(0.0075).points, expected.downsampled(0.0075).points, atol=1e-12)
 
 
+def test_repeats_do_not_matter_where_points_differ_in_one_coordinate_alone():
+    axes = np.eye(3)
+    for axis in axes:
+        line = np.outer([0.0, 1.0, 5.0], axis)
+        points = np.vstack([line, line[:2], line[:1], [[0.3, 0.4, 0.7]]])
+        distinct = np.vstack([line, [[0.3, 0.4, 0.7]]])
+        X_SN = canonical_frame(PointCloud.read(points))
+        np.testing.assert_allclose(X_SN.p, distinct.mean(axis=0), atol=1e-12)
+
+
 @pytest.mark.parametrize("sides", [3, 4, 5, 6, 7, 8])
 def test_isotropic_second_moment_falls_back_on_a_higher_one(sides):
     # A regular prism's corners: the covariance is a multiple of the identity, so its axes are rounding.
@@ -98,10 +108,11 @@ def test_features_are_the_same_in_the_same_order(name):
     np.testing.assert_array_equal(b.rim, a.rim)
 
 
-def test_a_threefold_shape_without_a_sixth_moment():
-    # Two triangles of one size, 30 degrees apart: of all moments up to the eighth only the third is there.
-    angle = np.deg2rad([0.0, 30.0, 120.0, 150.0, 240.0, 270.0])
-    ring = np.stack([np.cos(angle), np.sin(angle), np.zeros(6)], axis=1)
+@pytest.mark.parametrize("sides", [3, 5, 7])
+def test_a_shape_that_one_odd_moment_alone_can_tell(sides):
+    # Two regular polygons of one size, a quarter of their period apart: of all moments up to the eighth only one is there.
+    angle = 2 * np.pi / sides * np.concatenate([np.arange(sides), np.arange(sides) + 0.25])
+    ring = np.stack([np.cos(angle), np.sin(angle), np.zeros(2 * sides)], axis=1)
     points = np.concatenate([ring, ring + Z])
     expected = in_canonical(points).points
     for yaw in np.linspace(0.1, 6.0, 25):

@@ -266,6 +266,7 @@ def test_stray_points_are_left_out_and_sparse_clouds_refused():
         ({"rho": float("nan")}, "rho should be a positive radius"),
         ({"voxel": -1.0}, "voxel should be between 0 and rho"),
         ({"voxel": 0.05}, "voxel should be between 0 and rho"),
+        ({"rho": 0.02, "voxel": 0.02}, "voxel should be between 0 and rho"),
         ({"min_neighbours": 3}, "min_neighbours should be at least 4"),
         ({"rim_offset": 1.5}, "rim_offset should be between 0 and 1"),
         ({"anisotropy_floor": 0.0}, "anisotropy_floor should be positive"),

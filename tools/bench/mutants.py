@@ -10,7 +10,7 @@ Survivors that cannot change a result, or that no test should forbid (speed, tol
 `tools/bench/equivalent_mutants.txt` with their reasons; they are counted apart. Messages, annotations and docstrings
 are not mutated.
 
-    tools/run python tools/bench/mutants.py                                 15 of each module (some 25 CPU minutes)
+    tools/run python tools/bench/mutants.py                                 15 of each module (some 5 CPU minutes, more on a busy machine)
     tools/run python tools/bench/mutants.py --only control/ --count 30
     tools/run python tools/bench/mutants.py --again printed.txt             those that an earlier run printed
     tools/run python tools/bench/mutants.py --list --only hull              every mutant there is, none run
