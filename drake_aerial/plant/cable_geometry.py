@@ -29,14 +29,7 @@ class ContactOffsets(NamedTuple):
 
 def rotation(q: Array) -> Array:
     """Return the rotation matrix (3, 3) of one unit quaternion (w, x, y, z); scalar arithmetic, for the plant's rate."""
-    w, x, y, z = float(q[0]), float(q[1]), float(q[2]), float(q[3])
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+    return np.array(_matrix(float(q[0]), float(q[1]), float(q[2]), float(q[3]))).reshape(3, 3)
 
 
 def contact_offsets(payload_state: Array, quadrotor_states: Array, p_LC: Array) -> ContactOffsets:
@@ -51,24 +44,14 @@ def contact_offsets(payload_state: Array, quadrotor_states: Array, p_LC: Array) 
     p_LC : (n, 3) array
         Contacts in L [m].
     """
-    R_WL = rotation(payload_state[:4])
-    arm = p_LC @ R_WL.T
-    wx, wy, wz = payload_state[7], payload_state[8], payload_state[9]
-    spin = np.array([[0.0, wz, -wy], [-wz, 0.0, wx], [wy, -wx, 0.0]])  # transposed, for rows: arm @ spin = w x arm
-    quadrotors = quadrotor_states.reshape(-1, 13)
-    return ContactOffsets(
-        payload_state[4:7] + arm - quadrotors[:, 4:7],
-        payload_state[10:13] + arm @ spin - quadrotors[:, 10:13],
-        R_WL,
-    )
+    offsets = np.array(_offsets(payload_state.tolist(), quadrotor_states.tolist(), p_LC.tolist()))
+    return ContactOffsets(offsets[:, 0:3], offsets[:, 3:6], rotation(payload_state))
 
 
 def cable_directions(
     payload_state: Sequence[float], quadrotor_states: Sequence[float], p_LC: Sequence[Sequence[float]]
 ) -> list[float]:
     """Return per cable (6 n) the unit vector from quadrotor to contact and its rate [1/s], in the world frame.
-
-    The same as from `contact_offsets`, in plain floats: for a sensor that sees few cables at a time.
 
     Parameters
     ----------
@@ -77,23 +60,45 @@ def cable_directions(
     p_LC : n contacts of 3 floats
         As of `contact_offsets`.
     """
-    w, qx, qy, qz, px, py, pz, wx, wy, wz, vx, vy, vz = payload_state
-    xx, yy, zz, xy, xz, yz = qx * qx, qy * qy, qz * qz, qx * qy, qx * qz, qy * qz
-    ax, ay, az = w * qx, w * qy, w * qz
     directions: list[float] = []
+    for dx, dy, dz, ex, ey, ez in _offsets(payload_state, quadrotor_states, p_LC):
+        inverse = 1.0 / max(sqrt(dx * dx + dy * dy + dz * dz), 1e-9)
+        x, y, z = dx * inverse, dy * inverse, dz * inverse
+        along = x * ex + y * ey + z * ez
+        directions += [x, y, z, (ex - x * along) * inverse, (ey - y * along) * inverse, (ez - z * along) * inverse]
+    return directions
+
+
+def _offsets(
+    payload_state: Sequence[float], quadrotor_states: Sequence[float], p_LC: Sequence[Sequence[float]]
+) -> list[tuple[float, float, float, float, float, float]]:
+    """Return per contact the vector from its quadrotor [m] and its rate [m/s], in the world frame."""
+    # Plain floats, written out: for one to six cables they are several times faster than arrays of three.
+    w, x, y, z, px, py, pz, wx, wy, wz, vx, vy, vz = payload_state
+    xx, xy, xz, yx, yy, yz, zx, zy, zz = _matrix(w, x, y, z)
+    offsets = []
     for k, (a, b, c) in enumerate(p_LC):
         i = 13 * k + 4
-        x, y, z = quadrotor_states[i : i + 3]
+        qx, qy, qz = quadrotor_states[i : i + 3]
         ux, uy, uz = quadrotor_states[i + 6 : i + 9]
-        # The arm from L's origin to the contact, then what is from quadrotor to contact, and its rate.
-        rx = (1 - 2 * (yy + zz)) * a + 2 * (xy - az) * b + 2 * (xz + ay) * c
-        ry = 2 * (xy + az) * a + (1 - 2 * (xx + zz)) * b + 2 * (yz - ax) * c
-        rz = 2 * (xz - ay) * a + 2 * (yz + ax) * b + (1 - 2 * (xx + yy)) * c
-        dx, dy, dz = px + rx - x, py + ry - y, pz + rz - z
+        # The arm from L's origin to the contact.
+        rx, ry, rz = xx * a + xy * b + xz * c, yx * a + yy * b + yz * c, zx * a + zy * b + zz * c
+        dx, dy, dz = px + rx - qx, py + ry - qy, pz + rz - qz
         ex, ey, ez = vx + wy * rz - wz * ry - ux, vy + wz * rx - wx * rz - uy, vz + wx * ry - wy * rx - uz
-        inverse = 1.0 / max(sqrt(dx * dx + dy * dy + dz * dz), 1e-9)
-        dx, dy, dz = dx * inverse, dy * inverse, dz * inverse
-        along = dx * ex + dy * ey + dz * ez
-        directions += [dx, dy, dz]
-        directions += [(ex - dx * along) * inverse, (ey - dy * along) * inverse, (ez - dz * along) * inverse]
-    return directions
+        offsets.append((dx, dy, dz, ex, ey, ez))
+    return offsets
+
+
+def _matrix(w: float, x: float, y: float, z: float) -> tuple[float, ...]:
+    """Return the rotation matrix of a unit quaternion, row by row."""
+    return (
+        1 - 2 * (y * y + z * z),
+        2 * (x * y - w * z),
+        2 * (x * z + w * y),
+        2 * (x * y + w * z),
+        1 - 2 * (x * x + z * z),
+        2 * (y * z - w * x),
+        2 * (x * z - w * y),
+        2 * (y * z + w * x),
+        1 - 2 * (x * x + y * y),
+    )
