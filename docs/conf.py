@@ -17,7 +17,14 @@ project = "drake_aerial"
 author = "The drake_aerial developers"
 version = release = drake_aerial.__version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_copybutton", "docstrings", "mathml"]
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx_copybutton",
+    "docstrings",
+    "mathml",
+]
 source_suffix = {".md": "markdown"}
 default_role = "code"
 # Names such as `mass` are attributes of several classes.

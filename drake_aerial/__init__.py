@@ -5,7 +5,7 @@ The names below are loaded when they are first used, so that ``import drake_aeri
 
 from __future__ import annotations
 
-__version__ = "0.1.0"
+from drake_aerial._version import __version__ as __version__
 
 # What type checkers take for true; the real one's module takes longer to import than everything else here.
 TYPE_CHECKING = False
@@ -13,20 +13,21 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
+    from drake_aerial.cloud.partial_views import partial_view
+    from drake_aerial.cloud.point_cloud import PointCloud
     from drake_aerial.configuration import defaults_text, parameters_text, read_parameters
+    from drake_aerial.contacts.refinement.program import ContactProgram
+    from drake_aerial.contacts.refinement.refine import refine
+    from drake_aerial.contacts.solutions import ContactSolutions
+    from drake_aerial.contacts.transfer import transfer
     from drake_aerial.control.controller_parameters import GeometricParameters, MpcParameters
-    from drake_aerial.control.disturbance import DisturbanceObserver
     from drake_aerial.control.geometric import GeometricController
-    from drake_aerial.control.mpc import PayloadMpc
+    from drake_aerial.control.mpc.payload_mpc import PayloadMpc
     from drake_aerial.demo import run_demo
     from drake_aerial.errors import DrakeAerialError, InputError, JobError
-    from drake_aerial.learning.demonstration import Demonstration
-    from drake_aerial.learning.learn import learn
-    from drake_aerial.learning.skill import ContactSkill
+    from drake_aerial.estimation.disturbance_observer import DisturbanceObserver
+    from drake_aerial.features.surface_features import SurfaceFeatures, compute_features
     from drake_aerial.named_inputs import read_scan, read_skill
-    from drake_aerial.perception.point_cloud import PointCloud
-    from drake_aerial.perception.surface_features import SurfaceFeatures, compute_features
-    from drake_aerial.perception.views import partial_view
     from drake_aerial.plant.cable import add_cable
     from drake_aerial.plant.dryden import Dryden
     from drake_aerial.plant.gripper import add_gripper
@@ -34,65 +35,64 @@ if TYPE_CHECKING:
     from drake_aerial.plant.payload_body import add_payload
     from drake_aerial.plant.quadrotor import add_quadrotor
     from drake_aerial.plant.wind import WindParameters
+    from drake_aerial.simulation.diagram_picture import write_diagram_picture
+    from drake_aerial.simulation.flight_options import FlightOptions
+    from drake_aerial.simulation.station import make_transport_station
+    from drake_aerial.simulation.station_parameters import StationParameters
+    from drake_aerial.simulation.trial import TrialResult, fly, prepare_flight
+    from drake_aerial.skill.contact_skill import ContactSkill
+    from drake_aerial.skill.demonstration import Demonstration
+    from drake_aerial.skill.learn import learn
     from drake_aerial.study.campaign import StudySummary, run_study
     from drake_aerial.study.conditions import Condition
     from drake_aerial.study.plan import StudyPlan
-    from drake_aerial.study.report import write_report
-    from drake_aerial.transferring.program import ContactProgram
-    from drake_aerial.transferring.refinement import refine
-    from drake_aerial.transferring.solutions import ContactSolutions
-    from drake_aerial.transferring.transfer import transfer
-    from drake_aerial.transport.diagram_picture import write_diagram_picture
-    from drake_aerial.transport.flight_options import FlightOptions
-    from drake_aerial.transport.station import make_transport_station
-    from drake_aerial.transport.station_parameters import StationParameters
-    from drake_aerial.transport.trial import TrialResult, fly, prepare_flight
+    from drake_aerial.study.report.study_report import write_report
 
 _HOMES = {
     "Condition": "study.conditions",
-    "ContactProgram": "transferring.program",
-    "ContactSkill": "learning.skill",
-    "ContactSolutions": "transferring.solutions",
-    "Demonstration": "learning.demonstration",
-    "DisturbanceObserver": "control.disturbance",
+    "ContactProgram": "contacts.refinement.program",
+    "ContactSkill": "skill.contact_skill",
+    "ContactSolutions": "contacts.solutions",
+    "Demonstration": "skill.demonstration",
+    "DisturbanceObserver": "estimation.disturbance_observer",
     "DrakeAerialError": "errors",
     "Dryden": "plant.dryden",
-    "FlightOptions": "transport.flight_options",
+    "FlightOptions": "simulation.flight_options",
     "GeometricController": "control.geometric",
     "GeometricParameters": "control.controller_parameters",
     "InputError": "errors",
     "JobError": "errors",
     "MpcParameters": "control.controller_parameters",
     "Payload": "plant.payload",
-    "PayloadMpc": "control.mpc",
-    "PointCloud": "perception.point_cloud",
-    "StationParameters": "transport.station_parameters",
+    "PayloadMpc": "control.mpc.payload_mpc",
+    "PointCloud": "cloud.point_cloud",
+    "StationParameters": "simulation.station_parameters",
     "StudyPlan": "study.plan",
     "StudySummary": "study.campaign",
-    "SurfaceFeatures": "perception.surface_features",
-    "TrialResult": "transport.trial",
+    "SurfaceFeatures": "features.surface_features",
+    "TrialResult": "simulation.trial",
     "WindParameters": "plant.wind",
     "add_cable": "plant.cable",
     "add_gripper": "plant.gripper",
     "add_payload": "plant.payload_body",
     "add_quadrotor": "plant.quadrotor",
-    "compute_features": "perception.surface_features",
+    "compute_features": "features.surface_features",
     "defaults_text": "configuration",
-    "fly": "transport.trial",
-    "learn": "learning.learn",
-    "make_transport_station": "transport.station",
+    "fly": "simulation.trial",
+    "learn": "skill.learn",
+    "make_transport_station": "simulation.station",
     "parameters_text": "configuration",
-    "partial_view": "perception.views",
-    "prepare_flight": "transport.trial",
+    "partial_view": "cloud.partial_views",
+    "prepare_flight": "simulation.trial",
     "read_parameters": "configuration",
     "read_scan": "named_inputs",
     "read_skill": "named_inputs",
-    "refine": "transferring.refinement",
+    "refine": "contacts.refinement.refine",
     "run_demo": "demo",
     "run_study": "study.campaign",
-    "transfer": "transferring.transfer",
-    "write_diagram_picture": "transport.diagram_picture",
-    "write_report": "study.report",
+    "transfer": "contacts.transfer",
+    "write_diagram_picture": "simulation.diagram_picture",
+    "write_report": "study.report.study_report",
 }
 
 __all__ = [

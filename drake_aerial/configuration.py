@@ -12,7 +12,7 @@ from drake_aerial.errors import InputError
 
 if TYPE_CHECKING:
     from drake_aerial.control.controller_parameters import ControllerParameters
-    from drake_aerial.transport.station_parameters import StationParameters
+    from drake_aerial.simulation.station_parameters import StationParameters
 
 # By name alone, so that asking for help loads none of them.
 NOUNS = {
@@ -21,12 +21,12 @@ NOUNS = {
     "cable": "plant.cable.CableParameters",
     "gripper": "plant.gripper.GripperParameters",
     "wind": "plant.wind.WindParameters",
-    "station": "transport.station_parameters.StationParameters",
+    "station": "simulation.station_parameters.StationParameters",
     "controller": "control.controller_parameters.ControllerParameters",
-    "features": "perception.surface_features.FeatureParameters",
+    "features": "features.surface_features.FeatureParameters",
     "bandwidths": "density.surface_density.Bandwidth",
-    "learning": "learning.parameters.LearningParameters",
-    "transfer": "transferring.parameters.TransferParameters",
+    "learning": "skill.parameters.LearningParameters",
+    "transfer": "contacts.parameters.TransferParameters",
 }
 """Noun to the class of its parameters."""
 
@@ -64,7 +64,7 @@ def read_parameters(noun: str, path: str | Path) -> Any:
     ...     print(str(error).split(": ", 1)[1])
     unknown key 'lenght' (did you mean 'length'?); accepted: kind, length, stiffness, damping, link_mass
     """
-    from drake_aerial.typed_yaml.reading import read_record
+    from drake_aerial.io.typed_yaml.reading import read_record
 
     kind = noun_class(noun)
     return kind.read(path) if noun == "payload" else read_record(kind, path)
@@ -80,7 +80,7 @@ def parameters_text(parameters: Any) -> str:
     >>> print(parameters_text(GripperParameters(holding_force=15.0)).splitlines()[-1])
     mass: 0.002  # Counts to the payload's side of the cable [kg].
     """
-    from drake_aerial.typed_yaml.writing import record_to_yaml
+    from drake_aerial.io.typed_yaml.writing import record_to_yaml
 
     return record_to_yaml(parameters)
 
@@ -106,13 +106,15 @@ def defaults_text(noun: str, kind: str | None = None) -> str:
     >>> print(defaults_text("cable", kind="elastic").splitlines()[-2])
     damping: 10.0  # Of the elastic kind, while taut [N s/m].
     """
-    from drake_aerial import model_files
+    from drake_aerial.io import model_files
 
     cls = noun_class(noun)
     if noun == "payload":
         if kind is not None:
             raise InputError("a payload has no kinds")
-        return (model_files.models_dir() / "payloads" / "box_68x61x28.yaml").read_text(encoding="utf-8")
+        return (model_files.models_dir() / "payloads" / "box_68x61x28.yaml").read_text(
+            encoding="utf-8"
+        )
     if noun == "controller":
         return parameters_text(read_controller(kind or "mpc"))
     if kind is None:
@@ -131,7 +133,7 @@ def read_controller(name_or_path: str | Path) -> ControllerParameters:
         If it is neither, or the file is refused.
     """
     from drake_aerial.control.controller_parameters import CONTROLLERS
-    from drake_aerial.strict_yaml import nearest
+    from drake_aerial.io.strict_yaml import nearest
 
     if str(name_or_path) in CONTROLLERS:
         return CONTROLLERS[str(name_or_path)]
@@ -165,9 +167,9 @@ def read_station(
     InputError
         If a file is refused.
     """
+    from drake_aerial.io.strict_yaml import nearest
     from drake_aerial.plant.cable import KINDS
-    from drake_aerial.strict_yaml import nearest
-    from drake_aerial.transport.station_parameters import StationParameters
+    from drake_aerial.simulation.station_parameters import StationParameters
 
     parameters = StationParameters() if station is None else read_parameters("station", station)
     for noun, path in (("quadrotor", quadrotor), ("gripper", gripper), ("wind", wind)):
@@ -186,7 +188,7 @@ def read_station(
 
 def noun_class(noun: str) -> Any:
     """Return the class of a noun's parameters; for a controller, the union of both. Raises InputError for an unknown noun."""
-    from drake_aerial.strict_yaml import nearest
+    from drake_aerial.io.strict_yaml import nearest
 
     if noun not in NOUNS:
         raise InputError(f"no noun {noun!r}{nearest(noun, NOUNS)}: give one of {', '.join(NOUNS)}")

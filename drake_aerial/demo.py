@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from drake_aerial import __version__
+from drake_aerial._version import __version__
 from drake_aerial.errors import JobError
-from drake_aerial.files import replacing
+from drake_aerial.io.files import replacing
 
 if TYPE_CHECKING:
-    from drake_aerial.perception.point_cloud import PointCloud
+    from drake_aerial.cloud.point_cloud import PointCloud
+    from drake_aerial.contacts.solutions import ContactSolutions, Solution
     from drake_aerial.plant.payload import Payload
-    from drake_aerial.transferring.solutions import ContactSolutions, Solution
-    from drake_aerial.transport.trial import TrialResult
+    from drake_aerial.simulation.trial import TrialResult
 
 DEMONSTRATION = "flat"
 PAYLOAD = "box_68x68x28"
@@ -31,7 +31,7 @@ def scan_of(payload: Payload, *, seed: int) -> PointCloud:
     """Return what a depth camera at `VIEWPOINT` sees of a payload: a partial cloud with 2 mm of range noise."""
     import trimesh
 
-    from drake_aerial.perception.views import partial_view
+    from drake_aerial.cloud.partial_views import partial_view
 
     mesh = trimesh.Trimesh(payload.vertices, payload.faces, process=False)
     return partial_view(mesh, VIEWPOINT, noise=SCAN_NOISE, rng=np.random.default_rng(seed))
@@ -65,14 +65,14 @@ def run_demo(out: str | Path, *, seed: int = 0, progress: Progress | None = None
     JobError
         If a method finds no contact that can be flown.
     """
-    from drake_aerial.drawing.contacts_figure import draw_contacts
-    from drake_aerial.drawing.plots import plot_flights
-    from drake_aerial.drawing.replay import write_replay
-    from drake_aerial.learning.demonstration import Demonstration
-    from drake_aerial.learning.learn import learn
+    from drake_aerial.contacts.transfer import transfer
     from drake_aerial.plant.payload import Payload
-    from drake_aerial.transferring.transfer import transfer
-    from drake_aerial.transport.trial import fly
+    from drake_aerial.simulation.trial import fly
+    from drake_aerial.skill.demonstration import Demonstration
+    from drake_aerial.skill.learn import learn
+    from drake_aerial.visualization.contacts_figure import draw_contacts
+    from drake_aerial.visualization.plots import plot_flights
+    from drake_aerial.visualization.replay import write_replay
 
     tell = progress or (lambda fraction, what: None)
     out = Path(out)
@@ -103,7 +103,9 @@ def run_demo(out: str | Path, *, seed: int = 0, progress: Progress | None = None
             payload=payload,
             solution=_best(contacts[label], label).rank,
             seed=seed,
-            progress=lambda fraction, what, start=start, label=label: tell(start + 0.25 * fraction, f"flying: {label}"),  # type: ignore[misc]
+            progress=lambda fraction, what, start=start, label=label: tell(
+                start + 0.25 * fraction, f"flying: {label}"
+            ),  # type: ignore[misc]
         )
         flights[label].save(folders[method])
 
@@ -124,8 +126,12 @@ def run_demo(out: str | Path, *, seed: int = 0, progress: Progress | None = None
 def _best(solutions: ContactSolutions, label: str) -> Solution:
     best = solutions.best
     if best is None:
-        reasons = sorted({reason for solution in solutions.solutions for reason in solution.reasons})
-        raise JobError(f"{label}: none of {len(solutions)} contacts can be flown: {', '.join(reasons)}")
+        reasons = sorted(
+            {reason for solution in solutions.solutions for reason in solution.reasons}
+        )
+        raise JobError(
+            f"{label}: none of {len(solutions)} contacts can be flown: {', '.join(reasons)}"
+        )
     return best
 
 
@@ -140,7 +146,9 @@ def _off_center(solution: Solution, payload: Payload) -> float:
     """Return the horizontal distance of the (mean) contact from the payload's centre of mass [m]."""
     from drake_aerial.geometry import transform
 
-    return float(np.linalg.norm((solution.X_SG.p.mean(0) - transform(payload.X_SP, payload.com))[:2]))
+    return float(
+        np.linalg.norm((solution.X_SG.p.mean(0) - transform(payload.X_SP, payload.com))[:2])
+    )
 
 
 def _write_report(
@@ -150,7 +158,7 @@ def _write_report(
     contacts: dict[str, ContactSolutions],
     flights: dict[str, TrialResult],
 ) -> None:
-    from drake_aerial.drawing.report import Section, metrics_table, write_report
+    from drake_aerial.visualization.report import Section, metrics_table, write_report
 
     ours, baseline = METHODS["task"], METHODS["kopicki"]
     metrics = {label: flight.metrics for label, flight in flights.items()}
@@ -218,7 +226,10 @@ def _write_report(
         ),
     ]
     write_report(
-        out / "report.html", title="One demonstration, a new payload, a flight", answer=answer, sections=sections
+        out / "report.html",
+        title="One demonstration, a new payload, a flight",
+        answer=answer,
+        sections=sections,
     )
 
 

@@ -1,4 +1,4 @@
-"""Batched rigid transforms: compose, invert, apply, axes, means.
+"""Batched rigid transforms: compose, invert, apply, axes, cross products.
 
 Conventions (the whole package's): quaternions are unit, ordered w, x, y, z; a pose `X_AB` is the pair of the
 position `p_AB` of B's origin expressed in A and the rotation `q_AB`; leading axes are batch axes and broadcast.
@@ -12,6 +12,21 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
+"""An array of doubles; docstrings give its shape and unit."""
+
+IDENTITY = np.eye(3)
+IDENTITY.flags.writeable = False
+
+_LEVI_CIVITA = np.zeros((3, 9))
+for _i, _j, _k, _s in (
+    (0, 1, 2, -1),
+    (0, 2, 1, 1),
+    (1, 0, 2, 1),
+    (1, 2, 0, -1),
+    (2, 0, 1, -1),
+    (2, 1, 0, 1),
+):
+    _LEVI_CIVITA[_i, 3 * _j + _k] = _s
 
 
 class Pose(NamedTuple):
@@ -95,14 +110,24 @@ def cross(a: ArrayLike, b: ArrayLike) -> Array:
     return out
 
 
+def small_cross(a: Array, b: Array) -> Array:
+    """Return the cross products (..., 3) of a and b (..., 3), which broadcast.
+
+    As `cross`, but in half the time for up to 20 vectors; it rounds differently.
+    """
+    product: Array = np.matvec(skew(a), b)
+    return product
+
+
 def skew(v: ArrayLike) -> Array:
     """Return the matrices [v]x (..., 3, 3) with [v]x w = v x w, for v (..., 3)."""
     v = np.asarray(v, float)
-    m = np.zeros((*v.shape, 3))
-    m[..., 0, 1], m[..., 0, 2] = -v[..., 2], v[..., 1]
-    m[..., 1, 0], m[..., 1, 2] = v[..., 2], -v[..., 0]
-    m[..., 2, 0], m[..., 2, 1] = -v[..., 1], v[..., 0]
-    return m
+    return (v.reshape(-1, 3) @ _LEVI_CIVITA).reshape(*v.shape, 3)
+
+
+def vee(M: Array) -> Array:
+    """Return the vectors v (B, 3) with [v]x the antisymmetric part of matrices M (B, 3, 3)."""
+    return 0.5 * (M.reshape(-1, 9) @ _LEVI_CIVITA.T)
 
 
 def quat_exp(rotvec: ArrayLike) -> Array:
@@ -142,8 +167,16 @@ def quat_from_matrix(R: ArrayLike) -> Array:
         ],
         axis=-1,
     )
-    wx, wy, wz = R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]
-    xy, xz, yz = R[..., 0, 1] + R[..., 1, 0], R[..., 0, 2] + R[..., 2, 0], R[..., 1, 2] + R[..., 2, 1]
+    wx, wy, wz = (
+        R[..., 2, 1] - R[..., 1, 2],
+        R[..., 0, 2] - R[..., 2, 0],
+        R[..., 1, 0] - R[..., 0, 1],
+    )
+    xy, xz, yz = (
+        R[..., 0, 1] + R[..., 1, 0],
+        R[..., 0, 2] + R[..., 2, 0],
+        R[..., 1, 2] + R[..., 2, 1],
+    )
     w2, x2, y2, z2 = (squares[..., i] for i in range(4))
     candidates = np.stack(
         [
@@ -193,7 +226,9 @@ def axis_of(q: ArrayLike, i: int) -> Array:
 def perpendicular(z: ArrayLike) -> Array:
     """Return one unit vector (..., 3) perpendicular to each unit vector z (..., 3); a fixed, arbitrary choice."""
     z = np.asarray(z, float)
-    helper = np.where(np.abs(z[..., :1]) < 0.9, np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
+    helper = np.where(
+        np.abs(z[..., :1]) < 0.9, np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
+    )
     x = helper - np.sum(helper * z, axis=-1, keepdims=True) * z
     return x / np.linalg.norm(x, axis=-1, keepdims=True)
 
@@ -237,19 +272,6 @@ def rotation_angle(q: ArrayLike) -> Array:
     return 2.0 * np.arctan2(np.linalg.norm(q[..., 1:], axis=-1), np.abs(q[..., 0]))
 
 
-def mean_rotation(q: ArrayLike, weights: ArrayLike | None = None) -> Array:
-    """Return the mean (4,) of unit quaternions (N, 4): the dominant eigenvector of their second moment."""
-    q = np.asarray(q, float)
-    w = np.ones(len(q)) if weights is None else np.asarray(weights, float)
-    mean = np.linalg.eigh((q * w[:, None]).T @ q)[1][:, -1]
-    return mean if mean[0] >= 0.0 else -mean
-
-
 def random_rotation(rng: np.random.Generator, *shape: int) -> Array:
     """Return uniformly distributed unit quaternions (*shape, 4)."""
     return quat_normalize(rng.standard_normal((*shape, 4)))
-
-
-def wrap_angle(angle: ArrayLike) -> Array:
-    """Return angles wrapped to [-pi, pi) rad."""
-    return (np.asarray(angle, float) + np.pi) % (2.0 * np.pi) - np.pi

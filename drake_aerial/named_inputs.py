@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drake_aerial import model_files
 from drake_aerial.errors import InputError
+from drake_aerial.io import model_files
 
 if TYPE_CHECKING:
-    from drake_aerial.learning.skill import ContactSkill
-    from drake_aerial.perception.point_cloud import PointCloud
+    from drake_aerial.cloud.point_cloud import PointCloud
+    from drake_aerial.skill.contact_skill import ContactSkill
 
 
 def read_skill(name_or_path: str | Path, *, seed: int = 0) -> ContactSkill:
@@ -30,9 +30,9 @@ def read_skill(name_or_path: str | Path, *, seed: int = 0) -> ContactSkill:
     >>> skill.label, len(skill)
     ('formation', 3)
     """
-    from drake_aerial.learning.demonstration import Demonstration
-    from drake_aerial.learning.learn import learn
-    from drake_aerial.learning.skill import ContactSkill
+    from drake_aerial.skill.contact_skill import ContactSkill
+    from drake_aerial.skill.demonstration import Demonstration
+    from drake_aerial.skill.learn import learn
 
     path = Path(name_or_path)
     if path.suffix in (".yaml", ".yml") or (not path.suffix and not os.path.exists(path)):
@@ -73,7 +73,7 @@ def read_scan(
     """
     import trimesh
 
-    from drake_aerial.perception.point_cloud import PointCloud
+    from drake_aerial.cloud.point_cloud import PointCloud
 
     path = Path(name_or_path)
     names = model_files.names("payloads")
@@ -82,8 +82,12 @@ def read_scan(
         from drake_aerial.plant.payload import Payload
 
         payload = Payload.read(name_or_path)
-        mesh = trimesh.Trimesh(transform(payload.X_SP, payload.vertices), payload.faces, process=False)
+        mesh = trimesh.Trimesh(
+            transform(payload.X_SP, payload.vertices), payload.faces, process=False
+        )
         return PointCloud.read(mesh, viewpoint=viewpoint, up=up)
     if not os.path.exists(path) and not path.suffix:
-        raise InputError(f"no scan {str(name_or_path)!r}: give a file, or one of the payloads {', '.join(names)}")
+        raise InputError(
+            f"no scan {str(name_or_path)!r}: give a file, or one of the payloads {', '.join(names)}"
+        )
     return PointCloud.read(path, viewpoint=viewpoint, up=up)

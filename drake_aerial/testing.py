@@ -22,12 +22,12 @@ import pytest
 from numpy.typing import ArrayLike
 
 if TYPE_CHECKING:
-    from drake_aerial.learning.skill import ContactSkill
-    from drake_aerial.perception.point_cloud import PointCloud
+    from drake_aerial.cloud.point_cloud import PointCloud
     from drake_aerial.plant.payload import Payload
-    from drake_aerial.transport.station import TransportStation
-    from drake_aerial.transport.suspension import Suspension
-    from drake_aerial.transport.trial_result import TrialResult
+    from drake_aerial.simulation.station import TransportStation
+    from drake_aerial.simulation.suspended_payload import Suspension
+    from drake_aerial.simulation.trial_result import TrialResult
+    from drake_aerial.skill.contact_skill import ContactSkill
 
 
 def contacts_from_above(payload: Payload, places: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
@@ -50,17 +50,22 @@ def contacts_from_above(payload: Payload, places: ArrayLike) -> tuple[np.ndarray
     down = np.tile([0.0, 0.0, -1.0], (len(xy), 1))
     rays = np.hstack([xy, np.full((len(xy), 1), height), down])
     hit = scene.cast_rays(tensor(rays.astype(np.float32)))
-    depth, normals = hit["t_hit"].numpy().astype(float), hit["primitive_normals"].numpy().astype(float)
+    depth, normals = (
+        hit["t_hit"].numpy().astype(float),
+        hit["primitive_normals"].numpy().astype(float),
+    )
     for place, reach in zip(xy, depth, strict=True):
         if not np.isfinite(reach):
             raise InputError(f"no part of payload {payload.name!r} lies under {place.tolist()} m")
     normals *= np.where(normals[:, 2:] < 0.0, -1.0, 1.0)
-    return np.column_stack([xy, height - depth]), normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    return np.column_stack([xy, height - depth]), normals / np.linalg.norm(
+        normals, axis=1, keepdims=True
+    )
 
 
 def _suspension(payload: Payload | str, places: ArrayLike) -> Suspension:
     from drake_aerial.plant.payload import Payload
-    from drake_aerial.transport.suspension import Suspension
+    from drake_aerial.simulation.suspended_payload import Suspension
 
     if not isinstance(payload, Payload):
         payload = Payload.read(payload)
@@ -90,13 +95,16 @@ def aerial_scan() -> Callable[..., PointCloud]:
     """
 
     def scan(
-        payload: str = "box_68x68x28", viewpoint: ArrayLike | None = None, noise: float = 0.0, seed: int = 0
+        payload: str = "box_68x68x28",
+        viewpoint: ArrayLike | None = None,
+        noise: float = 0.0,
+        seed: int = 0,
     ) -> PointCloud:
         import trimesh
 
+        from drake_aerial.cloud.partial_views import partial_view
         from drake_aerial.geometry import transform
         from drake_aerial.named_inputs import read_scan
-        from drake_aerial.perception.views import partial_view
         from drake_aerial.plant.payload import Payload
 
         rng = np.random.default_rng(seed)
@@ -121,7 +129,7 @@ def aerial_station() -> Callable[..., TransportStation]:
     def station(
         places: ArrayLike = ((0.0, 0.0),), payload: Payload | str = "box_68x61x28", **options: Any
     ) -> TransportStation:
-        from drake_aerial.transport.station import make_transport_station
+        from drake_aerial.simulation.station import make_transport_station
 
         hung = _suspension(payload, places)
         return make_transport_station(hung.payload, hung.p_LC, hung.normal_L, **options)
@@ -146,7 +154,7 @@ def aerial_flight() -> Callable[..., TrialResult]:
         belief: str = "true",
         **options: Any,
     ) -> TrialResult:
-        from drake_aerial.transport.flight import Flight
+        from drake_aerial.simulation.flight import Flight
 
         return Flight(_suspension(payload, places), belief=belief, **options).run(seed)
 
@@ -157,7 +165,11 @@ def _aloft(trial: TrialResult, phase: str | None) -> np.ndarray:
     """Return which samples (T,) count: those of one phase, or all after the payload was lifted."""
     number = np.asarray(trial.series["phase"]).astype(int)
     if phase is None:
-        ground = [i for i, name in enumerate(trial.phase_names) if name in ("ground", "tensioning", "lifting")]
+        ground = [
+            i
+            for i, name in enumerate(trial.phase_names)
+            if name in ("ground", "tensioning", "lifting")
+        ]
         return ~np.isin(number, ground)
     if phase not in trial.phase_names:
         raise ValueError(f"no phase {phase!r}; this flight has {', '.join(trial.phase_names)}")
@@ -171,7 +183,11 @@ def assert_completed(trial: TrialResult) -> None:
 
 
 def assert_tracks(
-    trial: TrialResult, *, rmse: float | None = None, largest: float | None = None, phase: str | None = None
+    trial: TrialResult,
+    *,
+    rmse: float | None = None,
+    largest: float | None = None,
+    phase: str | None = None,
 ) -> None:
     """Fail unless the payload stayed on its path.
 
@@ -185,10 +201,14 @@ def assert_tracks(
     """
     part = _aloft(trial, phase)
     assert part.any(), f"the flight never came to {phase or 'the phases after the lift'}"
-    error = np.linalg.norm(trial.series["payload_position"] - trial.series["reference_position"], axis=1)[part]
+    error = np.linalg.norm(
+        trial.series["payload_position"] - trial.series["reference_position"], axis=1
+    )[part]
     if rmse is not None:
         measured = float(np.sqrt(np.mean(error**2)))
-        assert measured <= rmse, f"root mean square distance from the path {measured:.4f} m, at most {rmse:g} m allowed"
+        assert measured <= rmse, (
+            f"root mean square distance from the path {measured:.4f} m, at most {rmse:g} m allowed"
+        )
     if largest is not None:
         assert error.max() <= largest, (
             f"largest distance from the path {error.max():.4f} m, at most {largest:g} m allowed"
@@ -210,4 +230,6 @@ def assert_tension_below(trial: TrialResult, limit: float) -> None:
     tension = np.asarray(trial.series["tension"])
     cable = int(np.argmax(tension.max(axis=0)))
     largest = float(tension[:, cable].max())
-    assert largest <= limit, f"cable {cable + 1} carried {largest:.3f} N, at most {limit:g} N allowed"
+    assert largest <= limit, (
+        f"cable {cable + 1} carried {largest:.3f} N, at most {limit:g} N allowed"
+    )

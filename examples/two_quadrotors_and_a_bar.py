@@ -14,27 +14,35 @@ class Lifter(LeafSystem):
 
     def __init__(self):
         super().__init__()
-        self._quadrotors = self.DeclareVectorInputPort("quadrotor_states", 26)  # w x y z, position, rate, velocity
+        self._quadrotors = self.DeclareVectorInputPort(
+            "quadrotor_states", 26
+        )  # w x y z, position, rate, velocity
         self.DeclareVectorOutputPort("thrust_vectors", 6, self._calc)  # in the world [N]
 
     def _calc(self, context, output):
         state = self._quadrotors.Eval(context).reshape(2, 13)
         height = 0.5 + 1.5 * min(context.get_time() / 5.0, 1.0)
         target = CONTACTS * [1.0, 1.0, 0.0] + [0.0, 0.0, height]
-        output.SetFromVector((6.0 * (target - state[:, 4:7]) - 3.0 * state[:, 10:13] + [0.0, 0.0, 3.9]).ravel())
+        output.SetFromVector(
+            (6.0 * (target - state[:, 4:7]) - 3.0 * state[:, 10:13] + [0.0, 0.0, 3.9]).ravel()
+        )
 
 
 def main():
     """Return the bar's state after ten seconds: w x y z, position [m], angular and linear velocity."""
     builder = DiagramBuilder()
-    station = builder.AddSystem(make_transport_station(Payload.from_box([1.0, 0.06, 0.06], 0.3), CONTACTS))
+    station = builder.AddSystem(
+        make_transport_station(Payload.from_box([1.0, 0.06, 0.06], 0.3), CONTACTS)
+    )
     lifter = builder.AddSystem(Lifter())
     builder.Connect(station.GetOutputPort("perception.quadrotor_states"), lifter.get_input_port())
     builder.Connect(lifter.get_output_port(), station.GetInputPort("attitude.thrust_vectors"))
     simulator = Simulator(builder.Build())
     station.place(simulator.get_mutable_context())
     simulator.AdvanceTo(10.0)
-    return station.GetOutputPort("payload.state").Eval(station.GetMyContextFromRoot(simulator.get_context()))
+    return station.GetOutputPort("payload.state").Eval(
+        station.GetMyContextFromRoot(simulator.get_context())
+    )
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The rooms and their order: a room imports only from rooms before it."""
+"""Packages and their order: a module imports only from packages below its own, and no cycle exists."""
 
 import ast
 from pathlib import Path
@@ -9,65 +9,140 @@ import drake_aerial
 
 PACKAGE = Path(drake_aerial.__file__).parent
 
-# What each room may import from. `plant` and `control` stand on perception alone, never on learning or transfer.
-GROUND = {
+# From the bottom up. A package may import from those above it in this list, and from itself.
+ORDER = (
+    "_version",
     "errors",
     "geometry",
-    "model_files",
-    "files",
-    "strict_yaml",
-    "typed_yaml",
-    "blas_threads",
-    "cores",
-    "archives",
+    "parallel",
+    "io",
+    "cloud",
+    "features",
+    "density",
+    "skill",
+    "statics",
+    "contacts",
+    "plant",
+    "references",
+    "dynamics",
+    "estimation",
+    "control",
+    "simulation",
+    "configuration",
+    "named_inputs",
+    "annotation",
+    "visualization",
+    "study",
+    "demo",
+    "testing",
+    "cli",
+    "__main__",
+)
+# Packages that know nothing of each other, though one stands below the other in the list.
+STRANGERS = {
+    "plant": {"skill", "contacts"},
+    "references": {"skill", "contacts"},
+    "dynamics": {"skill", "contacts"},
+    "estimation": {"skill", "contacts"},
+    "control": {"skill", "contacts"},
+    "annotation": {"contacts", "plant", "control", "simulation"},
 }
-ALLOWED = {
-    "perception": GROUND,
-    "density": GROUND | {"perception"},
-    "learning": GROUND | {"perception", "density"},
-    "transferring": GROUND | {"perception", "density", "learning"},
-    "plant": GROUND | {"perception"},
-    "control": GROUND | {"perception", "plant"},
-    "transport": GROUND | {"perception", "density", "learning", "transferring", "plant", "control"},
-}
-ALLOWED["demonstrating"] = GROUND | {"perception", "density", "learning"}
-ALLOWED["drawing"] = GROUND | (set(ALLOWED) - {"demonstrating"})
-ALLOWED["study"] = ALLOWED["drawing"] | {"drawing"}
 
 
-def imported_rooms(path: Path) -> set[str]:
-    rooms = set()
-    for node in ast.walk(ast.parse(path.read_text())):
+def module_of(path: Path) -> str:
+    parts = path.relative_to(PACKAGE).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+MODULES = {module_of(path): path for path in sorted(PACKAGE.rglob("*.py"))}
+
+
+def imports_of(module: str) -> set[str]:
+    """Return the package's modules that one imports, wherever in the file, under TYPE_CHECKING too."""
+    found = set()
+    for node in ast.walk(ast.parse(MODULES[module].read_text())):
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, f"{path}: a relative import hides which room it comes from"
-            names = [node.module or ""]
-            if node.module == "drake_aerial":
-                names = [f"drake_aerial.{alias.name}" for alias in node.names]
+            assert node.level == 0, f"{module}: a relative import hides which package it comes from"
+            names = [f"{node.module}.{alias.name}" for alias in node.names]
         else:
             continue
-        rooms |= {name.split(".")[1] for name in names if name.startswith("drake_aerial.")}
-    return rooms
+        for name in names:
+            if not f"{name}.".startswith("drake_aerial."):
+                continue
+            inner = name.removeprefix("drake_aerial").lstrip(".")
+            # A name of the root is loaded from its home.
+            inner = drake_aerial._HOMES.get(inner, inner)
+            # `from package import module` is the module, `from module import name` the module too.
+            while inner not in MODULES:
+                inner = inner.rpartition(".")[0]
+            if inner:
+                found.add(inner)
+    return found - {module}
 
 
-@pytest.mark.parametrize("room", sorted(ALLOWED))
-def test_rooms_import_only_from_rooms_before_them(room):
-    files = sorted((PACKAGE / room).rglob("*.py"))
-    if room != "study":
-        assert files, f"room {room} is empty"
-    for path in files:
-        foreign = imported_rooms(path) - ALLOWED[room] - {room}
-        assert not foreign, f"{path.relative_to(PACKAGE)} imports {sorted(foreign)}"
+GRAPH = {module: imports_of(module) for module in MODULES if module}
 
 
-def test_the_ground_imports_nothing_of_the_rooms():
-    for name in GROUND:
-        for path in (PACKAGE / f"{name}.py", *(PACKAGE / name).rglob("*.py")):
-            if path.exists():
-                assert imported_rooms(path) <= GROUND, path
+def cycles(graph: dict[str, set[str]]) -> list[list[str]]:
+    """Return the strongly connected components of more than one module (Tarjan)."""
+    index, low, stack, found = {}, {}, [], []
+
+    def visit(module):
+        index[module] = low[module] = len(index)
+        stack.append(module)
+        for other in sorted(graph.get(module, ())):
+            if other not in index:
+                visit(other)
+                low[module] = min(low[module], low[other])
+            elif other in stack:
+                low[module] = min(low[module], index[other])
+        if low[module] == index[module]:
+            component = []
+            while not component or component[-1] != module:
+                component.append(stack.pop())
+            if len(component) > 1:
+                found.append(sorted(component))
+
+    for module in sorted(graph):
+        if module not in index:
+            visit(module)
+    return found
+
+
+def package_of(module: str) -> str:
+    return module.split(".")[0]
+
+
+def test_every_package_has_its_place():
+    assert {package_of(module) for module in GRAPH} == set(ORDER)
+
+
+@pytest.mark.parametrize("package", ORDER)
+def test_packages_import_only_from_packages_below_them(package):
+    allowed = set(ORDER[: ORDER.index(package) + 1]) - STRANGERS.get(package, set())
+    upwards = [
+        f"{module} imports {other}"
+        for module in GRAPH
+        if package_of(module) == package
+        for other in sorted(GRAPH[module])
+        if package_of(other) not in allowed
+    ]
+    assert not upwards, "\n".join(upwards)
+
+
+def test_no_modules_import_each_other():
+    """Print the module graph; pytest shows it with -s, or where the test fails."""
+    for module in sorted(GRAPH, key=lambda name: (ORDER.index(package_of(name)), name)):
+        print(f"{module}: {', '.join(sorted(GRAPH[module])) or '-'}")
+    assert cycles(GRAPH) == []
+
+
+def test_the_search_for_cycles_finds_one():
+    assert cycles({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}}) == [["a", "b", "c"]]
 
 
 def test_no_file_is_a_drawer():
     drawers = {"utils.py", "util.py", "helpers.py", "common.py", "misc.py"}
-    assert not [p for p in PACKAGE.rglob("*.py") if p.name in drawers]
+    assert not [path for path in MODULES.values() if path.name in drawers]

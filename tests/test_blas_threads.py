@@ -3,11 +3,15 @@ import threading
 import numpy as np  # noqa: F401  (loads the library that is limited)
 import threadpoolctl
 
-from drake_aerial.blas_threads import one_blas_thread
+from drake_aerial.parallel import one_blas_thread
 
 
 def threads():
-    return [pool["num_threads"] for pool in threadpoolctl.threadpool_info() if pool["user_api"] == "blas"]
+    return [
+        pool["num_threads"]
+        for pool in threadpoolctl.threadpool_info()
+        if pool["user_api"] == "blas"
+    ]
 
 
 def test_one_thread_inside_and_the_old_number_after():

@@ -20,7 +20,13 @@ def workshop(tmp_path_factory):
     folder = tmp_path_factory.mktemp("workshop")
     trimesh.creation.box((0.45, 0.35, 0.25)).export(folder / CLOUD)
     assert main(["learn", "flat", "--out", str(folder / "skill.npz")]) == 0
-    arguments = ["transfer", str(folder / "skill.npz"), str(folder / CLOUD), "--out", str(folder / "contacts.json")]
+    arguments = [
+        "transfer",
+        str(folder / "skill.npz"),
+        str(folder / CLOUD),
+        "--out",
+        str(folder / "contacts.json"),
+    ]
     assert main(arguments) == 0
     return folder
 
@@ -52,14 +58,16 @@ def test_help_starts_without_heavy_imports():
         "except SystemExit: pass\n"
         "print([m for m in ('pydrake', 'open3d', 'scipy', 'matplotlib', 'trimesh') if m in sys.modules])"
     )
-    result = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    result = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    )
     assert result.stdout.splitlines()[-1] == "[]"
 
 
 def test_choices_are_those_of_the_library():
     from drake_aerial.cli import fly, transfer
-    from drake_aerial.transferring.parameters import METHODS
-    from drake_aerial.transport.beliefs import BELIEFS
+    from drake_aerial.contacts.parameters import METHODS
+    from drake_aerial.simulation.beliefs import BELIEFS
 
     assert set(transfer.METHODS) <= set(METHODS)
     assert fly.BELIEFS == BELIEFS
@@ -83,7 +91,14 @@ def test_the_contacts_file_follows_the_contract(workshop):
 
 def test_json_on_stdout_is_the_file(workshop, run, tmp_path):
     code, out, _ = run(
-        "transfer", workshop / "skill.npz", workshop / CLOUD, "--out", tmp_path / "c.json", "--top", 2, "--json"
+        "transfer",
+        workshop / "skill.npz",
+        workshop / CLOUD,
+        "--out",
+        tmp_path / "c.json",
+        "--top",
+        2,
+        "--json",
     )
     assert code == 0
     assert json.loads(out) == json.loads((tmp_path / "c.json").read_text())
@@ -92,7 +107,10 @@ def test_json_on_stdout_is_the_file(workshop, run, tmp_path):
 def test_the_same_seed_gives_the_same_bytes_but_for_the_timing(workshop, run, tmp_path):
     documents = []
     for name in ("a.json", "b.json"):
-        assert run("transfer", workshop / "skill.npz", workshop / CLOUD, "--out", tmp_path / name)[0] == 0
+        assert (
+            run("transfer", workshop / "skill.npz", workshop / CLOUD, "--out", tmp_path / name)[0]
+            == 0
+        )
         document = json.loads((tmp_path / name).read_text())
         document.pop("timing")
         documents.append(json.dumps(document))
@@ -126,7 +144,9 @@ def test_bad_clouds_get_one_line_and_exit_2(case, workshop, run, tmp_path):
     points, words = BAD_CLOUDS[case]
     cloud = write_cloud(tmp_path / "cloud.npz", points)
     before = sorted(tmp_path.iterdir())
-    code, out, err = run("transfer", workshop / "skill.npz", cloud, "--out", tmp_path / "contacts.json")
+    code, out, err = run(
+        "transfer", workshop / "skill.npz", cloud, "--out", tmp_path / "contacts.json"
+    )
     assert code == 2, err
     assert out == ""
     assert len(err.strip().splitlines()) == 1, err
@@ -139,7 +159,9 @@ def test_some_nan_points_are_dropped_and_counted(workshop, run, tmp_path):
     points = GOOD.copy()
     points[::100] = np.nan
     cloud = write_cloud(tmp_path / "cloud.npz", points)
-    assert run("transfer", workshop / "skill.npz", cloud, "--out", tmp_path / "contacts.json")[0] == 0
+    assert (
+        run("transfer", workshop / "skill.npz", cloud, "--out", tmp_path / "contacts.json")[0] == 0
+    )
     cloud = json.loads((tmp_path / "contacts.json").read_text())["cloud"]
     assert cloud["dropped_points"] == 40
     assert cloud["points"] == 3960
@@ -164,7 +186,9 @@ def bad_file(path, content):
 )
 def test_unreadable_clouds_get_one_line_and_exit_2(name, content, workshop, run, tmp_path):
     path = bad_file(tmp_path / name, content)
-    code, _, err = run("transfer", workshop / "skill.npz", path, "--out", tmp_path / "contacts.json")
+    code, _, err = run(
+        "transfer", workshop / "skill.npz", path, "--out", tmp_path / "contacts.json"
+    )
     assert code == 2
     assert len(err.strip().splitlines()) == 1
     assert name in err
@@ -196,7 +220,10 @@ def rewritten(path, out, **changes):
 
 
 def test_skills_of_another_schema_or_version_are_refused_by_name(workshop, run, tmp_path):
-    for changes, word in (({"schema": "drake_aerial/song"}, "drake_aerial/song"), ({"version": 99}, "99")):
+    for changes, word in (
+        ({"schema": "drake_aerial/song"}, "drake_aerial/song"),
+        ({"version": 99}, "99"),
+    ):
         skill = rewritten(workshop / "skill.npz", tmp_path / "other.npz", **changes)
         code, _, err = run("transfer", skill, workshop / CLOUD, "--out", tmp_path / "c.json")
         assert code == 2
@@ -233,7 +260,9 @@ def payload_file(path, text):
 def test_bad_payloads_get_one_line_and_exit_2(text, words, workshop, run, tmp_path):
     (tmp_path / "flat.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     payload = payload_file(tmp_path / "payload.yaml", text)
-    code, _, err = run("fly", workshop / "contacts.json", "--payload", payload, "--out", tmp_path / "flight")
+    code, _, err = run(
+        "fly", workshop / "contacts.json", "--payload", payload, "--out", tmp_path / "flight"
+    )
     assert code == 2, err
     assert len(err.strip().splitlines()) == 1
     for word in words:
@@ -285,7 +314,13 @@ def test_fly_writes_the_contracts_files(workshop, run, tmp_path):
     assert metrics["schema"] == "drake_aerial/trial"
     assert metrics["outcome"] == "completed"
     assert {"real_time_factor", "mpc_step_ms"} <= set(metrics["timing"])
-    for key in ("position_rmse_m", "tilt_max_rad", "slack_fraction", "saturated_fraction", "tension_max_N"):
+    for key in (
+        "position_rmse_m",
+        "tilt_max_rad",
+        "slack_fraction",
+        "saturated_fraction",
+        "tension_max_N",
+    ):
         assert np.isfinite(metrics[key])
     assert (out / "flight.html").stat().st_size > 100_000
     code, said, err = run("view", out / "trial.npz", "--out", tmp_path / "again.html")
@@ -299,17 +334,33 @@ def test_learning_from_python_is_the_same(workshop):
 
 def test_refining_keeps_the_contract_and_loses_nothing(workshop, run, tmp_path):
     plain = json.loads((workshop / "contacts.json").read_text())
-    arguments = ("transfer", workshop / "skill.npz", workshop / CLOUD, "--refine", "--out", tmp_path / "refined.json")
+    arguments = (
+        "transfer",
+        workshop / "skill.npz",
+        workshop / CLOUD,
+        "--refine",
+        "--out",
+        tmp_path / "refined.json",
+    )
     assert run(*arguments)[0] == 0
     refined = json.loads((tmp_path / "refined.json").read_text())
     assert refined["timing"]["refine_s"] > 0
-    assert refined["solutions"][0]["log_likelihood"] >= plain["solutions"][0]["log_likelihood"] - 1e-9
+    assert (
+        refined["solutions"][0]["log_likelihood"] >= plain["solutions"][0]["log_likelihood"] - 1e-9
+    )
     assert all(solution["feasible"] for solution in refined["solutions"])
 
 
 def test_a_transfer_that_knows_the_mass_judges_whether_it_can_be_lifted(workshop, run, tmp_path):
     # 7.07 N at most, 2.45 N of it for the quadrotor itself: 0.47 kg.
-    arguments = ("transfer", workshop / "skill.npz", workshop / CLOUD, "--out", tmp_path / "c.json", "--mass")
+    arguments = (
+        "transfer",
+        workshop / "skill.npz",
+        workshop / CLOUD,
+        "--out",
+        tmp_path / "c.json",
+        "--mass",
+    )
     assert run(*arguments, 0.46)[0] == 0
     assert run(*arguments, 0.48)[0] == 1
     for solution in json.loads((tmp_path / "c.json").read_text())["solutions"]:

@@ -9,29 +9,39 @@ from typing import get_args
 import pytest
 import yaml
 
-from drake_aerial import StationParameters, WindParameters, defaults_text, parameters_text, read_parameters
+from drake_aerial import (
+    StationParameters,
+    WindParameters,
+    defaults_text,
+    parameters_text,
+    read_parameters,
+)
 from drake_aerial.cli import main
 from drake_aerial.configuration import NOUNS, noun_class, read_controller, read_station
-from drake_aerial.control.controller_parameters import CONTROLLERS, GeometricParameters, MpcParameters
-from drake_aerial.control.disturbance import DisturbanceObserver
+from drake_aerial.contacts.parameters import TransferParameters
+from drake_aerial.contacts.solutions import ContactSolutions
+from drake_aerial.control.controller_parameters import (
+    CONTROLLERS,
+    GeometricParameters,
+    MpcParameters,
+)
 from drake_aerial.control.geometric import GeometricController, GeometricGains
-from drake_aerial.control.mpc import MpcWeights, PayloadMpc
-from drake_aerial.control.observation import PositionFilter
+from drake_aerial.control.mpc.payload_mpc import MpcWeights, PayloadMpc
 from drake_aerial.density.surface_density import Bandwidth
 from drake_aerial.errors import InputError
-from drake_aerial.learning.parameters import LearningParameters
-from drake_aerial.learning.skill import ContactSkill
-from drake_aerial.perception.surface_features import FeatureParameters
+from drake_aerial.estimation.disturbance_observer import DisturbanceObserver
+from drake_aerial.estimation.observation import PositionFilter
+from drake_aerial.features.surface_features import FeatureParameters
+from drake_aerial.io.typed_yaml.reading import record_from_mapping
+from drake_aerial.io.typed_yaml.record_fields import is_record, record_fields
 from drake_aerial.plant.cable import CableParameters
 from drake_aerial.plant.dryden import Dryden
 from drake_aerial.plant.gripper import GripperParameters
 from drake_aerial.plant.quadrotor import QuadrotorParameters
-from drake_aerial.transferring.lift import Lift
-from drake_aerial.transferring.parameters import TransferParameters
-from drake_aerial.transferring.solutions import ContactSolutions
-from drake_aerial.transport.flight_options import FlightOptions
-from drake_aerial.typed_yaml.reading import record_from_mapping
-from drake_aerial.typed_yaml.record_fields import is_record, record_fields
+from drake_aerial.simulation.flight_options import FlightOptions
+from drake_aerial.skill.contact_skill import ContactSkill
+from drake_aerial.skill.parameters import LearningParameters
+from drake_aerial.statics.lift import Lift
 
 STRONG = QuadrotorParameters(mass=1 / 3, inertia=(2e-3, 2e-3, 3.5e-3), thrust_coefficient=1.4e-8)
 GUSTY = WindParameters(mean=(3.0, 0.1, 0.0), turbulence=Dryden((1.0, 1.0, 0.5), (2.0, 2.0, 1 / 3)))
@@ -40,7 +50,12 @@ OTHERS = [
     ("cable", CableParameters("elastic", 0.8, 1e4, 20.0)),
     ("gripper", GripperParameters(holding_force=float("inf"))),
     ("wind", GUSTY),
-    ("station", StationParameters(STRONG, (CableParameters(length=0.4), CableParameters()), noise=0.0, wind=GUSTY)),
+    (
+        "station",
+        StationParameters(
+            STRONG, (CableParameters(length=0.4), CableParameters()), noise=0.0, wind=GUSTY
+        ),
+    ),
     ("controller", MpcParameters(stages=10, weights=MpcWeights(swing=1.0), field_of_view=1.2)),
     ("controller", MpcParameters(observer=DisturbanceObserver(moment_time=float("inf")))),
     ("controller", GeometricParameters("geometric", GeometricGains(rate=(1e-9, 2.0, 3.0)))),
@@ -48,13 +63,20 @@ OTHERS = [
     ("features", FeatureParameters(rho=0.02, voxel=0.0)),
     ("bandwidths", Bandwidth(rotation=1 / 3)),
     ("learning", LearningParameters(FeatureParameters(rho=0.04), axial=False)),
-    ("transfer", TransferParameters("rigid", temperature=(2.0, 1e-3), lift=Lift(0.5, (7.0, 8.0), (0.25, 0.3)))),
+    (
+        "transfer",
+        TransferParameters(
+            "rigid", temperature=(2.0, 1e-3), lift=Lift(0.5, (7.0, 8.0), (0.25, 0.3))
+        ),
+    ),
 ]
 KINDS = [("controller", kind) for kind in CONTROLLERS] + [("cable", "elastic")]
 WITH_DEFAULTS = [noun for noun in NOUNS if noun != "payload"]
 
 
-@pytest.mark.parametrize(("noun", "parameters"), OTHERS, ids=lambda value: value if isinstance(value, str) else "")
+@pytest.mark.parametrize(
+    ("noun", "parameters"), OTHERS, ids=lambda value: value if isinstance(value, str) else ""
+)
 def test_whatever_is_written_reads_back_equal(noun, parameters, tmp_path):
     path = tmp_path / "file.yaml"
     path.write_text(parameters_text(parameters))
@@ -86,7 +108,10 @@ def records(kind):
         yield from records(inner)
 
 
-NESTED = sorted({r for noun in WITH_DEFAULTS for r in records(noun_class(noun))}, key=lambda record: record.__name__)
+NESTED = sorted(
+    {r for noun in WITH_DEFAULTS for r in records(noun_class(noun))},
+    key=lambda record: record.__name__,
+)
 
 
 @pytest.mark.parametrize("record", NESTED, ids=lambda record: record.__name__)
@@ -120,9 +145,13 @@ def test_the_defaults_of_controllers_are_those_of_their_constructors():
 
 
 def test_names_that_are_none_are_refused_with_the_nearest(tmp_path):
-    with pytest.raises(InputError, match=r"no noun 'griper' \(did you mean 'gripper'\?\): give one of quadrotor, "):
+    with pytest.raises(
+        InputError, match=r"no noun 'griper' \(did you mean 'gripper'\?\): give one of quadrotor, "
+    ):
         defaults_text("griper")
-    with pytest.raises(InputError, match=r"no controller 'geometry' \(did you mean 'geometric'\?\)"):
+    with pytest.raises(
+        InputError, match=r"no controller 'geometry' \(did you mean 'geometric'\?\)"
+    ):
         read_controller("geometry")
     with pytest.raises(InputError, match=r"no cable 'elastik' \(did you mean 'elastic'\?\)"):
         read_station(cable="elastik")
@@ -143,9 +172,15 @@ def test_a_station_is_put_together_from_files(tmp_path):
     station = read_station(tmp_path / "station.yaml")
     assert [q.mass for q in station.quadrotors(2)] == [0.5, 0.3]
     assert (station.cable.length, station.noise, station.wind.mean) == (0.7, 0.0, (1.0, 0.0, 0.0))
-    assert read_station(tmp_path / "station.yaml", cable="elastic").cable == CableParameters("elastic", 0.7)
-    changed = read_station(tmp_path / "station.yaml", cable=tmp_path / "short.yaml", quadrotor=tmp_path / "weak.yaml")
-    assert changed == replace(station, cable=CableParameters(length=0.3), quadrotor=QuadrotorParameters(mass=0.2))
+    assert read_station(tmp_path / "station.yaml", cable="elastic").cable == CableParameters(
+        "elastic", 0.7
+    )
+    changed = read_station(
+        tmp_path / "station.yaml", cable=tmp_path / "short.yaml", quadrotor=tmp_path / "weak.yaml"
+    )
+    assert changed == replace(
+        station, cable=CableParameters(length=0.3), quadrotor=QuadrotorParameters(mass=0.2)
+    )
     assert read_station() == StationParameters()
 
 
@@ -154,7 +189,11 @@ def test_impossible_values_are_refused(tmp_path):
         ("station", "time_step: 0", "time_step is 0.0 s; a positive number"),
         ("station", "noise: -1", "noise is -1.0; 0 or more"),
         ("station", "cable: {length: 0}", "the cable's length is 0.0"),
-        ("controller", "{kind: mpc, weights: {position: -1}}", "weight position is -1.0; 0 or more"),
+        (
+            "controller",
+            "{kind: mpc, weights: {position: -1}}",
+            "weight position is -1.0; 0 or more",
+        ),
         ("controller", "{kind: mpc, weights: {input: 0}}", "weight input is 0"),
         ("controller", "{kind: geometric, stages: 3}", "unknown key 'stages'"),
         ("bandwidths", "rotation: 0", "rotation is 0.0; a positive number"),
@@ -170,7 +209,10 @@ def test_impossible_values_are_refused(tmp_path):
 def test_options_given_beside_a_controller_count(tmp_path):
     options = FlightOptions(controller="mpc", controller_options={"stages": 7, "offset": 0.001})
     assert options.controller_parameters == MpcParameters(stages=7)
-    assert FlightOptions(controller=GeometricParameters()).controller_parameters == GeometricParameters()
+    assert (
+        FlightOptions(controller=GeometricParameters()).controller_parameters
+        == GeometricParameters()
+    )
     assert FlightOptions(controller=lambda model: None).controller_parameters is None
 
 
@@ -195,13 +237,33 @@ def test_verbs_take_files_and_results_keep_what_was_used(tmp_path, monkeypatch, 
     parameters = ContactSkill.load("skill.npz").parameters
     assert parameters == LearningParameters(FeatureParameters(rho=0.04), task_features=40)
 
-    transfer = ["transfer", "skill.npz", "box_68x68x28", "--out", "contacts.json", "--mass", "0.2", "--parameters"]
+    transfer = [
+        "transfer",
+        "skill.npz",
+        "box_68x68x28",
+        "--out",
+        "contacts.json",
+        "--mass",
+        "0.2",
+        "--parameters",
+    ]
     assert main([*transfer, "transfer.yaml"]) == 0
     used = ContactSolutions.read("contacts.json").parameters
     assert used.lift.payload_mass == pytest.approx(0.202)  # with the gripper
-    assert replace(used, lift=None) == TransferParameters(candidates=1000, starts=50, chains=20, steps=50)
+    assert replace(used, lift=None) == TransferParameters(
+        candidates=1000, starts=50, chains=20, steps=50
+    )
 
-    fly = ["fly", "contacts.json", "--out", "flight", "--trajectory", "hover.yaml", "--station", "station.yaml"]
+    fly = [
+        "fly",
+        "contacts.json",
+        "--out",
+        "flight",
+        "--trajectory",
+        "hover.yaml",
+        "--station",
+        "station.yaml",
+    ]
     fly += ["--payload", "box_68x68x28"]
     parts = ["--cable", "cable.yaml", "--wind", "wind.yaml", "--controller", "controller.yaml"]
     assert main([*fly, *parts]) == 0
@@ -213,6 +275,8 @@ def test_verbs_take_files_and_results_keep_what_was_used(tmp_path, monkeypatch, 
         noise=0.002,
         wind=WindParameters(mean=(0.5, 0.0, 0.0)),
     )
-    given = record_from_mapping(MpcParameters, configuration["controller_parameters"], "metrics.json")
+    given = record_from_mapping(
+        MpcParameters, configuration["controller_parameters"], "metrics.json"
+    )
     assert given == MpcParameters(stages=12, weights=MpcWeights(position=90.0))
     assert configuration["controller"] == "mpc"

@@ -20,7 +20,8 @@ from drake_aerial.cli import main
 
 DOCS = Path(__file__).parent.parent / "docs"
 PAGES = sorted(
-    [*DOCS.glob("*.md"), *DOCS.glob("howto/*.md")], key=lambda page: (len(page.relative_to(DOCS).parts), page.name)
+    [*DOCS.glob("*.md"), *DOCS.glob("howto/*.md")],
+    key=lambda page: (len(page.relative_to(DOCS).parts), page.name),
 )
 # Run by the tests marked slow, and by CI from an installed wheel.
 LONG = ("demo", "study", "report")
@@ -53,7 +54,9 @@ def workplace(tmp_path, monkeypatch):
     return tmp_path
 
 
-RUNNING = [page for page in PAGES if any(language in ("sh", "python") for language, _ in blocks(page))]
+RUNNING = [
+    page for page in PAGES if any(language in ("sh", "python") for language, _ in blocks(page))
+]
 NAMES = [page.relative_to(DOCS).as_posix() for page in RUNNING]
 
 
@@ -88,14 +91,20 @@ def test_every_public_name_is_in_the_reference_once():
         name
         for page in DOCS.glob("api/*.md")
         for name in re.findall(
-            r"auto(?:function|class|exception):: drake_aerial\.(\w+)$", page.read_text(), flags=re.MULTILINE
+            r"auto(?:function|class|exception):: drake_aerial\.(\w+)$",
+            page.read_text(),
+            flags=re.MULTILINE,
         )
     ]
     assert sorted(documented) == sorted(drake_aerial.__all__)
 
 
 def test_the_documented_defaults_of_trajectories_are_the_classes():
-    from drake_aerial.control.trajectory_files import TRAJECTORIES, trajectory_from_dict, trajectory_to_dict
+    from drake_aerial.references.trajectory_files import (
+        TRAJECTORIES,
+        trajectory_from_dict,
+        trajectory_to_dict,
+    )
 
     seen = set()
     for language, text in blocks(DOCS / "files.md"):
@@ -110,9 +119,9 @@ def test_the_documented_defaults_of_trajectories_are_the_classes():
 
 def test_the_documented_files_are_what_is_written(tmp_path):
     from drake_aerial import Payload, read_skill
-    from drake_aerial.control.trajectory import HoverTrajectory
-    from drake_aerial.transport.flight import Flight
-    from drake_aerial.transport.suspension import Suspension
+    from drake_aerial.references.trajectory import HoverTrajectory
+    from drake_aerial.simulation.flight import Flight
+    from drake_aerial.simulation.suspended_payload import Suspension
 
     page = (DOCS / "files.md").read_text()
 
@@ -140,8 +149,8 @@ def test_the_documented_files_are_what_is_written(tmp_path):
 
 def test_the_documented_nouns_are_those_of_configuration_files():
     from drake_aerial.configuration import NOUNS
-    from drake_aerial.transport.station_parameters import StationParameters
-    from drake_aerial.typed_yaml.reading import record_from_mapping
+    from drake_aerial.io.typed_yaml.reading import record_from_mapping
+    from drake_aerial.simulation.station_parameters import StationParameters
 
     page = (DOCS / "files.md").read_text().split("## Configuration files\n")[1].split("\n## ")[0]
     rows = re.findall(r"^\| `(\w+)` \| .* \| (.*) \|$", page, flags=re.MULTILINE)
@@ -150,7 +159,8 @@ def test_the_documented_nouns_are_those_of_configuration_files():
         help_text = _help(verb)
         assert f"{option} " in help_text, (verb, option)
     (station,) = (
-        yaml.safe_load(text) for text in re.findall(r"^```text\n(.*?)^```", page, flags=re.DOTALL | re.MULTILINE)
+        yaml.safe_load(text)
+        for text in re.findall(r"^```text\n(.*?)^```", page, flags=re.DOTALL | re.MULTILINE)
     )
     station["quadrotor"] = {}
     assert record_from_mapping(StationParameters, station, "files.md").noise == 0.005
@@ -163,11 +173,13 @@ def _help(verb: str) -> str:
 
 
 def test_the_documented_payload_and_demonstration_are_read(tmp_path):
-    from drake_aerial.learning.demonstration import Demonstration
     from drake_aerial.plant.payload import Payload
+    from drake_aerial.skill.demonstration import Demonstration
 
     texts = [
-        text for language, text in blocks(DOCS / "files.md") if language == "text" and not text.startswith("kind:")
+        text
+        for language, text in blocks(DOCS / "files.md")
+        if language == "text" and not text.startswith("kind:")
     ]
     (demonstration,) = (yaml.safe_load(text) for text in texts if "grippers:" in text)
     (payload,) = (yaml.safe_load(text) for text in texts if "inertia:" in text)

@@ -27,7 +27,9 @@ def public_definitions(path: Path):
     yield from walk(ast.parse(path.read_text()), "")
 
 
-@pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=lambda p: str(p.relative_to(PACKAGE)))
+@pytest.mark.parametrize(
+    "path", sorted(PACKAGE.rglob("*.py")), ids=lambda p: str(p.relative_to(PACKAGE))
+)
 def test_every_public_name_has_a_docstring(path):
     assert ast.get_docstring(ast.parse(path.read_text())), f"{path.name} has no module docstring"
     missing = [name for name, node in public_definitions(path) if not ast.get_docstring(node)]
@@ -38,10 +40,14 @@ def test_every_public_name_has_a_docstring(path):
 def array_members(value) -> list[str]:
     """Return names of the arrays that a function takes or a dataclass holds, by their annotations."""
     if inspect.isclass(value):
-        annotations = {k: v for k, v in inspect.get_annotations(value).items() if not k.startswith("_")}
+        annotations = {
+            k: v for k, v in inspect.get_annotations(value).items() if not k.startswith("_")
+        }
     else:
         annotations = {k: v for k, v in inspect.get_annotations(value).items() if k != "return"}
-    return [name for name, kind in annotations.items() if "Array" in str(kind) or "ndarray" in str(kind)]
+    return [
+        name for name, kind in annotations.items() if "Array" in str(kind) or "ndarray" in str(kind)
+    ]
 
 
 @pytest.mark.parametrize("name", drake_aerial.__all__)

@@ -1,5 +1,4 @@
 import numpy as np
-import pytest
 from scipy.spatial.transform import Rotation
 
 from drake_aerial import geometry as g
@@ -41,7 +40,9 @@ def test_rotate_and_matrix():
     np.testing.assert_allclose(g.rotate(Q[0], V), scipy_rotation(Q[0]).apply(V), atol=1e-13)
     np.testing.assert_allclose(g.rotate(Q, Z), scipy_rotation(Q).as_matrix()[:, :, 2], atol=1e-13)
     for i in range(3):
-        np.testing.assert_allclose(g.axis_of(Q, i), scipy_rotation(Q).as_matrix()[:, :, i], atol=1e-13)
+        np.testing.assert_allclose(
+            g.axis_of(Q, i), scipy_rotation(Q).as_matrix()[:, :, i], atol=1e-13
+        )
 
 
 def test_matrix_to_quaternion_everywhere():
@@ -65,7 +66,10 @@ def test_exponential_and_logarithm():
 
 def test_about_axis_and_angle():
     angle = RNG.uniform(-3, 3, N)
-    same_rotation(g.quat_about_axis(unit(V), angle), from_scipy(Rotation.from_rotvec(unit(V) * angle[:, None])))
+    same_rotation(
+        g.quat_about_axis(unit(V), angle),
+        from_scipy(Rotation.from_rotvec(unit(V) * angle[:, None])),
+    )
     np.testing.assert_allclose(g.rotation_angle(Q), scipy_rotation(Q).magnitude(), atol=1e-12)
     np.testing.assert_allclose(g.rotation_angle(-Q), g.rotation_angle(Q), atol=1e-14)
 
@@ -73,7 +77,9 @@ def test_about_axis_and_angle():
 def test_skew_and_cross():
     other = V[::-1]
     np.testing.assert_allclose(g.cross(V, other), np.cross(V, other), atol=1e-14)
-    np.testing.assert_allclose(np.einsum("nij,nj->ni", g.skew(V), other), np.cross(V, other), atol=1e-14)
+    np.testing.assert_allclose(
+        np.einsum("nij,nj->ni", g.skew(V), other), np.cross(V, other), atol=1e-14
+    )
 
 
 def test_perpendicular():
@@ -101,7 +107,9 @@ def test_smallest_rotation_between_vectors():
     between = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.sum(a * b, axis=1))
     np.testing.assert_allclose(g.rotation_angle(q), between, atol=1e-9)
     for axis in np.eye(3):
-        np.testing.assert_allclose(g.rotate(g.quat_from_two_vectors(axis, -axis), axis), -axis, atol=1e-9)
+        np.testing.assert_allclose(
+            g.rotate(g.quat_from_two_vectors(axis, -axis), axis), -axis, atol=1e-9
+        )
         same_rotation(g.quat_from_two_vectors(axis, axis), [1, 0, 0, 0])
 
 
@@ -114,14 +122,20 @@ def homogeneous(X):
 
 def test_poses_compose_and_invert_as_matrices_do():
     X_AB, X_BC = g.Pose(V, Q), g.Pose(V[::-1] * 2, Q[::-1])
-    np.testing.assert_allclose(homogeneous(X_AB @ X_BC), homogeneous(X_AB) @ homogeneous(X_BC), atol=1e-12)
-    np.testing.assert_allclose(homogeneous(g.invert(X_AB)), np.linalg.inv(homogeneous(X_AB)), atol=1e-12)
+    np.testing.assert_allclose(
+        homogeneous(X_AB @ X_BC), homogeneous(X_AB) @ homogeneous(X_BC), atol=1e-12
+    )
+    np.testing.assert_allclose(
+        homogeneous(g.invert(X_AB)), np.linalg.inv(homogeneous(X_AB)), atol=1e-12
+    )
     p_B = RNG.standard_normal((N, 3))
     expected = (homogeneous(X_AB) @ np.append(p_B, np.ones((N, 1)), axis=1)[..., None])[:, :3, 0]
     np.testing.assert_allclose(g.transform(X_AB, p_B), expected, atol=1e-12)
     # One pose broadcasts over many.
     one = X_AB.take(0)
-    np.testing.assert_allclose(homogeneous(one @ X_BC), homogeneous(one) @ homogeneous(X_BC), atol=1e-12)
+    np.testing.assert_allclose(
+        homogeneous(one @ X_BC), homogeneous(one) @ homogeneous(X_BC), atol=1e-12
+    )
     np.testing.assert_allclose(g.transform(one, p_B)[3], g.transform(one, p_B[3]), atol=1e-14)
 
 
@@ -133,15 +147,6 @@ def test_identity():
     np.testing.assert_array_equal(g.identity().q, [1, 0, 0, 0])
 
 
-def test_mean_rotation():
-    centre = scipy_rotation(Q[0])
-    near = Rotation.from_rotvec(0.3 * RNG.standard_normal((200, 3))) * centre
-    q = from_scipy(near) * RNG.choice([-1.0, 1.0], (200, 1))  # q and -q are one rotation
-    weights = RNG.random(200)
-    same_rotation(g.mean_rotation(q), from_scipy(near.mean()))
-    same_rotation(g.mean_rotation(q, weights), from_scipy(near.mean(weights)))
-
-
 def test_random_rotations_are_uniform():
     q = g.random_rotation(np.random.default_rng(1), 20000)
     assert q.shape == (20000, 4)
@@ -151,6 +156,16 @@ def test_random_rotations_are_uniform():
     assert np.abs(g.rotate(q, Z).mean(axis=0)).max() < 0.02
 
 
-@pytest.mark.parametrize(("angle", "expected"), [(0.0, 0.0), (np.pi, -np.pi), (-np.pi, -np.pi), (7.0, 7.0 - 2 * np.pi)])
-def test_wrap_angle(angle, expected):
-    np.testing.assert_allclose(g.wrap_angle(angle), expected, atol=1e-12)
+def test_products_are_numpys_own():
+    rng = np.random.default_rng(0)
+    a, b = rng.normal(size=(2, 5, 4, 3))
+    np.testing.assert_allclose(g.small_cross(a, b), np.cross(a, b), atol=1e-15)
+    np.testing.assert_allclose(g.small_cross(a, b[0, 0]), np.cross(a, b[0, 0]), atol=1e-15)
+    np.testing.assert_allclose((g.skew(a) @ b[..., None])[..., 0], np.cross(a, b), atol=1e-15)
+
+
+def test_vee_takes_the_antisymmetric_part():
+    rng = np.random.default_rng(1)
+    v, M = rng.normal(size=(6, 3)), rng.normal(size=(6, 3, 3))
+    symmetric = M + M.mT
+    np.testing.assert_allclose(g.vee(g.skew(v) + symmetric), v, atol=1e-15)

@@ -32,6 +32,8 @@ HEAVY = (
 )
 def test_nothing_heavy_is_loaded(action):
     code = f"{action}\nimport sys; print(*sorted({{name.split('.')[0] for name in sys.modules}}))"
-    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    loaded = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    ).stdout.split()
     assert "drake_aerial" in loaded
     assert not set(HEAVY) & set(loaded)

@@ -25,7 +25,15 @@ flights: [{conditions: [A], methods: [task, kopicki], beliefs: [below_contact], 
 """
 VERBS = {
     "learn": ["learn", "curved", "--out", "out/skill.npz"],
-    "transfer": ["transfer", "flat.npz", "scan.npy", "--out", "out/contacts.json", "--html", "out/contacts.html"],
+    "transfer": [
+        "transfer",
+        "flat.npz",
+        "scan.npy",
+        "--out",
+        "out/contacts.json",
+        "--html",
+        "out/contacts.html",
+    ],
     "fly": ["fly", "contacts.json", "--mass", "0.25", "--out", "out"],
     "view": ["view", "scan.npy", "--out", "out/scan.html"],
     "demo": ["demo", "--out", "out"],
@@ -110,7 +118,9 @@ def test_ctrl_c_ends_with_130_and_one_line(verb, delay, place):
 @pytest.mark.parametrize("verb", ["learn", "transfer", "fly", "view"])
 def test_a_full_disk_is_one_line(verb, place):
     # A limit on the size of files stands for the disk: both fail in the middle of writing.
-    process = start(verb, place, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (3000, 3000)))
+    process = start(
+        verb, place, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (3000, 3000))
+    )
     _, told = process.communicate(timeout=120)
     lines = [line for line in told.splitlines() if line.startswith("drake-aerial")]
     assert process.returncode == 2, told
@@ -118,4 +128,6 @@ def test_a_full_disk_is_one_line(verb, place):
     assert "File too large" in lines[0]
     assert "Traceback" not in told
     assert leftovers(place) == []
-    assert not any(path.is_file() and path.stat().st_size >= 3000 for path in (place / "out").rglob("*"))
+    assert not any(
+        path.is_file() and path.stat().st_size >= 3000 for path in (place / "out").rglob("*")
+    )

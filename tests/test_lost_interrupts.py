@@ -38,7 +38,9 @@ DROPPED = """
 )
 def test_a_dropped_interrupt_is_an_interrupt(then):
     code = textwrap.dedent(DROPPED).replace("{then}", then)
-    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
+    ended = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=120
+    )
     assert ended.returncode == 130, ended.stderr
     assert ended.stderr.splitlines()[-1].endswith("interrupted; nothing was half-written")
     assert "Traceback" not in ended.stderr
@@ -47,4 +49,7 @@ def test_a_dropped_interrupt_is_an_interrupt(then):
 def test_an_interrupt_that_a_command_ends_by_is_none_to_others():
     # A server is ended by Ctrl-C and has done its job.
     code = textwrap.dedent(DROPPED).replace("{then}", "return 0")
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, timeout=120).returncode == 0
+    assert (
+        subprocess.run([sys.executable, "-c", code], capture_output=True, timeout=120).returncode
+        == 0
+    )

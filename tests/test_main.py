@@ -23,7 +23,9 @@ sys.exit(entry_point())
 @pytest.mark.parametrize("name", ["drake_aerial.cli", "argparse", "drake_aerial.cli.view"])
 def test_ctrl_c_while_the_command_line_is_loaded(name):
     done = subprocess.run(
-        [sys.executable, "-c", INTERRUPTED_WHEN_IMPORTED.format(name=name)], capture_output=True, text=True
+        [sys.executable, "-c", INTERRUPTED_WHEN_IMPORTED.format(name=name)],
+        capture_output=True,
+        text=True,
     )
     assert done.returncode == 130
     assert done.stderr == "drake-aerial: interrupted; nothing was half-written\n"

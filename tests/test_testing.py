@@ -5,9 +5,9 @@ import pytest
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 
-from drake_aerial.control.trajectory import HoverTrajectory
 from drake_aerial.errors import InputError
 from drake_aerial.plant.payload import Payload
+from drake_aerial.references.trajectory import HoverTrajectory
 from drake_aerial.testing import (
     assert_completed,
     assert_taut,
@@ -27,7 +27,9 @@ class Hold(LeafSystem):
         self._thrust = np.array([0.0, 0.0, share * model.weight])
         self._above = np.array([0.0, 0.0, 0.14 + 0.5])
         self._states = self.DeclareVectorInputPort("quadrotor_states", 13)
-        self._reference = self.DeclareAbstractInputPort("reference", AbstractValue.Make(HoverTrajectory()))
+        self._reference = self.DeclareAbstractInputPort(
+            "reference", AbstractValue.Make(HoverTrajectory())
+        )
         self.DeclareVectorOutputPort("thrust_vectors", 3, self._calc)
 
     def _calc(self, context, output):
@@ -86,7 +88,9 @@ def test_scans_and_skills(aerial_scan, aerial_skill):
     whole, seen = aerial_scan(), aerial_scan(viewpoint=[1.0, -0.8, 1.2], noise=0.001, seed=3)
     assert np.ptp(whole.points, axis=0) == pytest.approx([0.68, 0.68, 0.28], abs=0.005)
     assert seen.viewpoint == pytest.approx([1.0, -0.8, 1.2])
-    assert np.array_equal(seen.points, aerial_scan(viewpoint=[1.0, -0.8, 1.2], noise=0.001, seed=3).points)
+    assert np.array_equal(
+        seen.points, aerial_scan(viewpoint=[1.0, -0.8, 1.2], noise=0.001, seed=3).points
+    )
     assert aerial_skill("flat") is aerial_skill("flat")
     assert len(aerial_skill("flat")) == 1
 

@@ -36,7 +36,7 @@ def _fingerprint() -> str:
 
 def _sheet(path: Path, images: dict[str, np.ndarray], columns: int) -> None:
     """Write images with their titles side by side."""
-    from drake_aerial.drawing.plots import figure, save_figure
+    from drake_aerial.visualization.plots import figure, save_figure
 
     rows = -(-len(images) // columns)
     drawing, axes = figure(3.6 * columns, 3.2 * rows, rows, columns)
@@ -52,24 +52,27 @@ def features(path: Path) -> None:
     """Surface features: a box from all sides, a bunny, and what one camera sees of the box."""
     from drake_aerial import compute_features, read_scan
     from drake_aerial.demo import scan_of
-    from drake_aerial.drawing.pictures import features_picture
-    from drake_aerial.drawing.rendering import render
     from drake_aerial.plant.payload import Payload
+    from drake_aerial.visualization.pictures import features_picture
+    from drake_aerial.visualization.rendering import render
 
     clouds = {
         "a box, seen from all sides": read_scan("box_68x61x28"),
         "a box, seen by one camera": scan_of(Payload.read("box_68x61x28"), seed=0),
         "a bunny": read_scan("bunny"),
     }
-    images = {title: render(features_picture(compute_features(cloud)), size=PANEL) for title, cloud in clouds.items()}
+    images = {
+        title: render(features_picture(compute_features(cloud)), size=PANEL)
+        for title, cloud in clouds.items()
+    }
     _sheet(path, images, 3)
 
 
 def skills(path: Path) -> None:
     """What is learnt from four of the shipped demonstrations."""
     from drake_aerial import read_skill
-    from drake_aerial.drawing.pictures import skill_picture
-    from drake_aerial.drawing.rendering import render
+    from drake_aerial.visualization.pictures import skill_picture
+    from drake_aerial.visualization.rendering import render
 
     names = ("flat", "edge", "curved", "formation")
     _sheet(path, {name: render(skill_picture(read_skill(name)), size=PANEL) for name in names}, 4)
@@ -79,8 +82,8 @@ def contacts(path: Path) -> None:
     """The best contacts of the task model and of the baseline on one camera's view of another box."""
     from drake_aerial import read_skill, transfer
     from drake_aerial.demo import scan_of
-    from drake_aerial.drawing.contacts_figure import draw_contacts
     from drake_aerial.plant.payload import Payload
+    from drake_aerial.visualization.contacts_figure import draw_contacts
 
     skill, scan = read_skill("flat"), scan_of(Payload.read("box_68x68x28"), seed=0)
     found = {method: transfer(skill, scan, method=method, top=3) for method in ("task", "kopicki")}
@@ -90,8 +93,8 @@ def contacts(path: Path) -> None:
 def likelihood(path: Path) -> None:
     """Where on a new scan the surface alone, the votes alone, and both together want the gripper."""
     from drake_aerial import read_scan, read_skill, transfer
-    from drake_aerial.drawing.pictures import contacts_picture, heat
-    from drake_aerial.drawing.rendering import render
+    from drake_aerial.visualization.pictures import contacts_picture, heat
+    from drake_aerial.visualization.rendering import render
 
     found = transfer(read_skill("curved"), read_scan("bunny"))
     evidence = found.evidence
@@ -114,8 +117,8 @@ def formation(path: Path) -> None:
     import trimesh
 
     from drake_aerial import Payload, PointCloud, read_scan, read_skill, transfer
-    from drake_aerial.drawing.pictures import contacts_picture, skill_picture
-    from drake_aerial.drawing.rendering import render
+    from drake_aerial.visualization.pictures import contacts_picture, skill_picture
+    from drake_aerial.visualization.rendering import render
 
     skill = read_skill("formation")
     triangle = Payload.read("hollow_triangle")
@@ -123,16 +126,18 @@ def formation(path: Path) -> None:
     images = {"shown once": render(skill_picture(skill), size=PANEL)}
     for title, cloud in {"1.4 times as large": large, "a box": read_scan("box_68x68x28")}.items():
         found = transfer(skill, cloud, top=1)
-        images[title] = render(contacts_picture(found.evidence.features_S.p, found.solutions), size=PANEL)
+        images[title] = render(
+            contacts_picture(found.evidence.features_S.p, found.solutions), size=PANEL
+        )
     _sheet(path, images, 3)
 
 
 def flights(path: Path) -> None:
     """The same payload flown by its middle and by a contact 10 cm beside it."""
-    from drake_aerial.drawing.plots import plot_flights
     from drake_aerial.plant.payload import Payload
-    from drake_aerial.transport.flight import Flight
-    from drake_aerial.transport.suspension import Suspension
+    from drake_aerial.simulation.flight import Flight
+    from drake_aerial.simulation.suspended_payload import Suspension
+    from drake_aerial.visualization.plots import plot_flights
 
     payload = Payload.read("box_68x61x28")
     shown = {}
@@ -143,6 +148,8 @@ def flights(path: Path) -> None:
 
 
 if __name__ == "__main__":
-    target = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(tempfile.mkdtemp(prefix="docs_pictures_"))
+    target = (
+        Path(sys.argv[1]) if len(sys.argv) > 1 else Path(tempfile.mkdtemp(prefix="docs_pictures_"))
+    )
     for drawn in draw(target):
         print(drawn)

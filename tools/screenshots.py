@@ -21,15 +21,20 @@ SCREENS = ((1280, 800), (390, 780))
 HEIGHT = 520
 GAP = 16
 LARGEST = 150_000
-FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
+FLAGS = [
+    "--no-sandbox",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--ignore-gpu-blocklist",
+]
 
 
 def make_pages(folder: Path) -> dict[str, Path]:
     """Write one page of each kind; return them by the name of their picture."""
     from drake_aerial import prepare_flight, read_scan, read_skill, transfer
     from drake_aerial.demo import run_demo
-    from drake_aerial.drawing.replay import write_replay
-    from drake_aerial.drawing.views import cloud_view, skill_view, write_contacts_page
+    from drake_aerial.visualization.replay import write_replay
+    from drake_aerial.visualization.views import cloud_view, skill_view, write_contacts_page
 
     pages = {name: folder / f"{name}.html" for name in ("cloud", "skill", "contacts", "trial")}
     np.save(folder / "bunny.npy", read_scan("bunny").points)
@@ -38,7 +43,11 @@ def make_pages(folder: Path) -> dict[str, Path]:
     skill_view(read_skill("formation")).write(pages["skill"])
     write_contacts_page(pages["contacts"], transfer(read_skill("curved"), bunny), bunny)
     found = transfer(read_skill("formation"), triangle, top=1)
-    write_replay(pages["trial"], prepare_flight(found, payload="hollow_triangle").run(0), title="Three quadrotors")
+    write_replay(
+        pages["trial"],
+        prepare_flight(found, payload="hollow_triangle").run(0),
+        title="Three quadrotors",
+    )
     run_demo(folder / "demo")
     return pages | {"report": folder / "demo" / "report.html"}
 
@@ -48,8 +57,8 @@ def demonstrate(folder: Path) -> AbstractContextManager:
     import trimesh
 
     from drake_aerial import PointCloud
-    from drake_aerial.demonstrating.draft import DemonstrationDraft
-    from drake_aerial.demonstrating.server import DemonstrationServer
+    from drake_aerial.annotation.draft import DemonstrationDraft
+    from drake_aerial.annotation.server import DemonstrationServer
 
     table = trimesh.creation.box((0.6, 0.4, 0.3))
     points = trimesh.sample.sample_surface(table, 20000, seed=0)[0]
@@ -68,7 +77,9 @@ def photograph(pages: dict[str, Path], folder: Path, work: Path) -> None:
     """Write one PNG a page, the screens side by side."""
     from playwright.sync_api import sync_playwright
 
-    installed = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    installed = next(
+        filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
+    )
     folder.mkdir(parents=True, exist_ok=True)
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=installed, args=FLAGS)
@@ -99,15 +110,20 @@ def photograph(pages: dict[str, Path], folder: Path, work: Path) -> None:
 def _write_sheet(path: Path, shots: list[bytes]) -> None:
     images = [Image.open(io.BytesIO(shot)).convert("RGB") for shot in shots]
     images = [
-        image.resize((image.width * HEIGHT // image.height, HEIGHT), Image.Resampling.LANCZOS) for image in images
+        image.resize((image.width * HEIGHT // image.height, HEIGHT), Image.Resampling.LANCZOS)
+        for image in images
     ]
-    sheet = Image.new("RGB", (sum(image.width for image in images) + 3 * GAP, HEIGHT + 2 * GAP), (208, 213, 219))
+    sheet = Image.new(
+        "RGB", (sum(image.width for image in images) + 3 * GAP, HEIGHT + 2 * GAP), (208, 213, 219)
+    )
     left = GAP
     for image in images:
         sheet.paste(image, (left, GAP))
         left += image.width + GAP
     # Few colours are many pixels; the rare ones are what the legends are about.
-    sheet.quantize(200, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(path, optimize=True)
+    sheet.quantize(200, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(
+        path, optimize=True
+    )
     size = path.stat().st_size
     print(f"{path}: {size / 1000:.0f} kB", file=sys.stderr)
     if size > LARGEST:
@@ -116,8 +132,12 @@ def _write_sheet(path: Path, shots: list[bytes]) -> None:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("folder", nargs="?", type=Path, default=ROOT / "docs" / "images" / "pages", metavar="DIR")
-    parser.add_argument("--study", type=Path, help="the folder of a study, whose report.html is photographed too")
+    parser.add_argument(
+        "folder", nargs="?", type=Path, default=ROOT / "docs" / "images" / "pages", metavar="DIR"
+    )
+    parser.add_argument(
+        "--study", type=Path, help="the folder of a study, whose report.html is photographed too"
+    )
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as work:
         pages = make_pages(Path(work))

@@ -13,8 +13,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from drake_aerial import __version__
-from drake_aerial.__main__ import entry_point as entry_point  # where commands installed before it moved look for it
+from drake_aerial._version import __version__
 from drake_aerial.cli import defaults, demo, demonstrate, fly, learn, report, study, transfer, view
 from drake_aerial.cli.interrupts import interruptible
 from drake_aerial.errors import InputError, JobError
@@ -36,7 +35,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(f"drake-aerial {arguments.verb}: {_one_line(error)}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
-        print(f"drake-aerial {arguments.verb}: interrupted; nothing was half-written", file=sys.stderr)
+        print(
+            f"drake-aerial {arguments.verb}: interrupted; nothing was half-written", file=sys.stderr
+        )
         return 130
     except BrokenPipeError:
         # The reader of our stdout left; Python would complain once more when it flushes.
@@ -45,7 +46,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     except OSError as error:
         # The machine's, not the package's: a full disk, no permission, too many open files.
         where = f" {error.filename}" if error.filename else ""
-        print(f"drake-aerial {arguments.verb}: {_one_line(error.strerror or error)}{where}", file=sys.stderr)
+        print(
+            f"drake-aerial {arguments.verb}: {_one_line(error.strerror or error)}{where}",
+            file=sys.stderr,
+        )
         return 2
 
 

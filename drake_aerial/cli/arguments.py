@@ -7,8 +7,14 @@ import argparse
 
 def add_scan(verb: argparse.ArgumentParser) -> None:
     """Add the cloud, where its sensor was and which way is up."""
-    verb.add_argument("cloud", metavar="CLOUD", help=".ply .pcd .obj .stl .npz .npy, or the name of a shipped payload")
-    verb.add_argument("--viewpoint", type=float, nargs=3, metavar=("X", "Y", "Z"), help="where the sensor was [m]")
+    verb.add_argument(
+        "cloud",
+        metavar="CLOUD",
+        help=".ply .pcd .obj .stl .npz .npy, or the name of a shipped payload",
+    )
+    verb.add_argument(
+        "--viewpoint", type=float, nargs=3, metavar=("X", "Y", "Z"), help="where the sensor was [m]"
+    )
     verb.add_argument(
         "--up",
         type=float,
@@ -21,12 +27,18 @@ def add_scan(verb: argparse.ArgumentParser) -> None:
 
 def add_parameters(verb: argparse.ArgumentParser, noun: str) -> None:
     """Add a configuration file of the verb's own noun."""
-    verb.add_argument("--parameters", metavar="FILE.yaml", help=f"what differs from `drake-aerial defaults {noun}`")
+    verb.add_argument(
+        "--parameters",
+        metavar="FILE.yaml",
+        help=f"what differs from `drake-aerial defaults {noun}`",
+    )
 
 
 def add_seed(verb: argparse.ArgumentParser) -> None:
     """Add the seed of everything random that the verb does."""
-    verb.add_argument("--seed", type=whole_number, default=0, help="of all that is random (default: 0)")
+    verb.add_argument(
+        "--seed", type=whole_number, default=0, help="of all that is random (default: 0)"
+    )
 
 
 def add_json(verb: argparse.ArgumentParser, what: str) -> None:

@@ -19,7 +19,9 @@ def add_verb(verbs: argparse._SubParsersAction) -> None:
     )
     verb.add_argument("noun", metavar="NOUN", help=", ".join(NOUNS))
     verb.add_argument(
-        "--kind", metavar="KIND", help="of a controller (mpc, geometric_ff, geometric) or cable (inextensible, elastic)"
+        "--kind",
+        metavar="KIND",
+        help="of a controller (mpc, geometric_ff, geometric) or cable (inextensible, elastic)",
     )
     verb.add_argument("--out", type=Path, metavar="FILE.yaml", help="write a file instead")
     verb.set_defaults(run=run)
@@ -28,7 +30,7 @@ def add_verb(verbs: argparse._SubParsersAction) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Print the defaults, or write them."""
     from drake_aerial.configuration import defaults_text
-    from drake_aerial.files import write_text
+    from drake_aerial.io.files import write_text
 
     text = defaults_text(arguments.noun, arguments.kind)
     if arguments.out is None:

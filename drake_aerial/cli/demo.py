@@ -12,7 +12,8 @@ from drake_aerial.cli.progress import progress_bar
 def add_verb(verbs: argparse._SubParsersAction) -> None:
     """Add the verb and its arguments."""
     verb = verbs.add_parser(
-        "demo", help="the main job, start to end: one demonstration, a new scan, two flights, a report"
+        "demo",
+        help="the main job, start to end: one demonstration, a new scan, two flights, a report",
     )
     verb.add_argument(
         "--out",

@@ -12,7 +12,8 @@ from drake_aerial.cli.progress import say
 def add_verb(verbs: argparse._SubParsersAction) -> None:
     """Add the verb and its arguments."""
     verb = verbs.add_parser(
-        "demonstrate", help="make a demonstration: click contacts on a cloud in the browser, or give them with --at"
+        "demonstrate",
+        help="make a demonstration: click contacts on a cloud in the browser, or give them with --at",
     )
     add_scan(verb)
     verb.add_argument("--out", type=Path, required=True, metavar="DEMONSTRATION.yaml")
@@ -26,15 +27,17 @@ def add_verb(verbs: argparse._SubParsersAction) -> None:
     )
     verb.add_argument("--cable-length", type=float, default=0.5, metavar="M", help="(default: 0.5)")
     verb.add_argument("--name", help="of the demonstration (default: the file's)")
-    verb.add_argument("--port", type=int, default=0, help="of the page on this machine (default: a free one)")
+    verb.add_argument(
+        "--port", type=int, default=0, help="of the page on this machine (default: a free one)"
+    )
     verb.add_argument("--no-browser", action="store_true", help="only say where the page is")
     verb.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Take the contacts and write the demonstration."""
-    from drake_aerial.demonstrating.draft import DemonstrationDraft
-    from drake_aerial.demonstrating.server import demonstrate
+    from drake_aerial.annotation.draft import DemonstrationDraft
+    from drake_aerial.annotation.server import demonstrate
     from drake_aerial.named_inputs import read_scan
 
     cloud = read_scan(arguments.cloud, viewpoint=arguments.viewpoint, up=arguments.up)
@@ -51,7 +54,9 @@ def run(arguments: argparse.Namespace) -> int:
         )
     else:
         demonstration = draft.demonstration(
-            arguments.at, cable_length=arguments.cable_length, name=arguments.name or arguments.out.stem
+            arguments.at,
+            cable_length=arguments.cable_length,
+            name=arguments.name or arguments.out.stem,
         )
         out = draft.write(arguments.out, demonstration)
         for touch in map(draft.touch, demonstration.grippers.p):

@@ -31,7 +31,10 @@ def add_verb(verbs: argparse._SubParsersAction) -> None:
         help="a YAML file or the name of a shipped payload (default: the scan's hull)",
     )
     payload.add_argument(
-        "--mass", type=float, metavar="KG", help="mass of a payload known by its scan alone (default: 0.25)"
+        "--mass",
+        type=float,
+        metavar="KG",
+        help="mass of a payload known by its scan alone (default: 0.25)",
     )
     verb.add_argument("--solution", type=positive_number, default=1, metavar="RANK")
     add_seed(verb)
@@ -53,21 +56,32 @@ def add_verb(verbs: argparse._SubParsersAction) -> None:
         metavar="NAME|FILE",
         help="a trajectory's name or YAML file (default: circle)",
     )
-    verb.add_argument("--station", metavar="FILE.yaml", help="team, wind, noise (default: the paper's)")
-    verb.add_argument("--quadrotor", metavar="FILE.yaml", help="all quadrotors, instead of the station's")
+    verb.add_argument(
+        "--station", metavar="FILE.yaml", help="team, wind, noise (default: the paper's)"
+    )
+    verb.add_argument(
+        "--quadrotor", metavar="FILE.yaml", help="all quadrotors, instead of the station's"
+    )
     verb.add_argument(
         "--cable",
         metavar="KIND|FILE",
         help="all cables, instead of the station's: a YAML file, or the kind alone, inextensible or elastic",
     )
-    verb.add_argument("--gripper", metavar="FILE.yaml", help="all grippers, instead of the station's")
+    verb.add_argument(
+        "--gripper", metavar="FILE.yaml", help="all grippers, instead of the station's"
+    )
     verb.add_argument("--wind", metavar="FILE.yaml", help="instead of the station's")
     verb.add_argument(
         "--force",
         action="store_true",
         help="fly also a solution marked infeasible, contacts by which no taut cables hold the payload, or too heavy a payload",
     )
-    verb.add_argument("--graphviz", type=Path, metavar="FILE", help="also draw the diagram (.dot, or .svg, .png, .pdf)")
+    verb.add_argument(
+        "--graphviz",
+        type=Path,
+        metavar="FILE",
+        help="also draw the diagram (.dot, or .svg, .png, .pdf)",
+    )
     add_live(verb, "show the flight in Meshcat while it is simulated, not faster than real time")
     add_json(verb, "the metrics")
     verb.set_defaults(run=run)
@@ -77,7 +91,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Fly the solution and save the trial with its replay; fail unless the flight is completed."""
     from drake_aerial import prepare_flight, write_diagram_picture
     from drake_aerial.configuration import read_controller, read_station
-    from drake_aerial.drawing.replay import write_replay
+    from drake_aerial.visualization.replay import write_replay
 
     live = live_is_wanted(arguments)
     parameters = read_station(
@@ -102,10 +116,13 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.graphviz:
             write_diagram_picture(arguments.graphviz, flight.station)
         if live:
-            from drake_aerial.drawing.live import live_flight
+            from drake_aerial.visualization.live import live_flight
 
             with live_flight(
-                flight, port=arguments.port, open_browser=not arguments.no_browser, tell=tell_address
+                flight,
+                port=arguments.port,
+                open_browser=not arguments.no_browser,
+                tell=tell_address,
             ) as watch:
                 result = flight.run(arguments.seed, progress=progress, watch=watch)
         else:

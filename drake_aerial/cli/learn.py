@@ -13,7 +13,9 @@ def add_verb(verbs: argparse._SubParsersAction) -> None:
     """Add the verb and its arguments."""
     verb = verbs.add_parser("learn", help="learn a contact skill from one demonstration")
     verb.add_argument(
-        "demonstration", metavar="DEMONSTRATION", help="a YAML file or the name of a shipped demonstration"
+        "demonstration",
+        metavar="DEMONSTRATION",
+        help="a YAML file or the name of a shipped demonstration",
     )
     verb.add_argument("--out", type=Path, required=True, metavar="SKILL.npz")
     add_parameters(verb, "learning")
@@ -26,8 +28,12 @@ def run(arguments: argparse.Namespace) -> int:
     """Learn the skill and save it."""
     from drake_aerial import Demonstration, learn, read_parameters
 
-    parameters = None if arguments.parameters is None else read_parameters("learning", arguments.parameters)
-    skill = learn(Demonstration.read(arguments.demonstration), seed=arguments.seed, parameters=parameters)
+    parameters = (
+        None if arguments.parameters is None else read_parameters("learning", arguments.parameters)
+    )
+    skill = learn(
+        Demonstration.read(arguments.demonstration), seed=arguments.seed, parameters=parameters
+    )
     skill.save(arguments.out)
     answer(
         arguments.json,

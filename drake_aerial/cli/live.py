@@ -11,7 +11,11 @@ from drake_aerial.errors import InputError
 def add_live(verb: argparse.ArgumentParser, meaning: str) -> None:
     """Add ``--live`` and what belongs to it."""
     verb.add_argument("--live", action="store_true", help=meaning)
-    verb.add_argument("--port", type=int, help="of Meshcat on this machine (default: the first free one from 7000)")
+    verb.add_argument(
+        "--port",
+        type=int,
+        help="of Meshcat on this machine (default: the first free one from 7000)",
+    )
     verb.add_argument("--no-browser", action="store_true", help="only say where Meshcat is")
 
 

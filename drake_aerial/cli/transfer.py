@@ -12,7 +12,7 @@ from drake_aerial.cli.arguments import add_json, add_parameters, add_scan, add_s
 from drake_aerial.cli.progress import progress_bar
 
 if TYPE_CHECKING:
-    from drake_aerial.transferring.solutions import ContactSolutions
+    from drake_aerial.contacts.solutions import ContactSolutions
 
 # Named here again, since a parser that asked the library for them would load it to print its help.
 METHODS = ("task", "paper", "kopicki", "centroid")
@@ -21,11 +21,19 @@ METHODS = ("task", "paper", "kopicki", "centroid")
 def add_verb(verbs: argparse._SubParsersAction) -> None:
     """Add the verb and its arguments."""
     verb = verbs.add_parser("transfer", help="find where the grippers go on a new scan")
-    verb.add_argument("skill", metavar="SKILL", help="a skill .npz, or the name of a shipped demonstration")
+    verb.add_argument(
+        "skill", metavar="SKILL", help="a skill .npz, or the name of a shipped demonstration"
+    )
     add_scan(verb)
     verb.add_argument("--out", type=Path, required=True, metavar="contacts.json")
     verb.add_argument("--method", choices=METHODS, default="task")
-    verb.add_argument("--top", type=positive_number, default=5, metavar="N", help="how many solutions (default: 5)")
+    verb.add_argument(
+        "--top",
+        type=positive_number,
+        default=5,
+        metavar="N",
+        help="how many solutions (default: 5)",
+    )
     add_parameters(verb, "transfer")
     add_seed(verb)
     verb.add_argument(
@@ -35,9 +43,13 @@ def add_verb(verbs: argparse._SubParsersAction) -> None:
         help="also judge whether the paper's quadrotors lift a payload of this mass (default: its mass is not judged)",
     )
     verb.add_argument(
-        "--refine", action="store_true", help="improve each solution by a MathematicalProgram; never makes one worse"
+        "--refine",
+        action="store_true",
+        help="improve each solution by a MathematicalProgram; never makes one worse",
     )
-    verb.add_argument("--html", type=Path, metavar="FILE", help="also write a page that shows the contacts")
+    verb.add_argument(
+        "--html", type=Path, metavar="FILE", help="also write a page that shows the contacts"
+    )
     add_json(verb, "the contacts")
     verb.set_defaults(run=run)
 
@@ -45,9 +57,9 @@ def add_verb(verbs: argparse._SubParsersAction) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Transfer the skill, write the contacts; fail where none is feasible."""
     from drake_aerial import read_parameters, transfer
+    from drake_aerial.contacts.parameters import TransferParameters
     from drake_aerial.named_inputs import read_scan, read_skill
-    from drake_aerial.transferring.parameters import TransferParameters
-    from drake_aerial.transport.lifting import default_lift
+    from drake_aerial.simulation.lift_check import default_lift
 
     skill = read_skill(arguments.skill)
     parameters = TransferParameters()
@@ -72,7 +84,7 @@ def run(arguments: argparse.Namespace) -> int:
             solutions = refine(skill, solutions, parameters=parameters, progress=progress)
     solutions.write(arguments.out)
     if arguments.html:
-        from drake_aerial.drawing.views import write_contacts_page
+        from drake_aerial.visualization.views import write_contacts_page
 
         write_contacts_page(arguments.html, solutions, cloud)
     answer(arguments.json, solutions.to_dict(), f"{_table(solutions)}\n-> {arguments.out}")
@@ -85,5 +97,7 @@ def _table(solutions: ContactSolutions) -> str:
     for solution in solutions.solutions:
         where = "; ".join(" ".join(f"{x:+.3f}" for x in p) for p in solution.X_SG.p)
         state = "feasible" if solution.feasible else ", ".join(solution.reasons)
-        lines.append(f"{solution.rank:2d}  log J {solution.log_likelihood:8.2f}  at {where} m  {state}")
+        lines.append(
+            f"{solution.rank:2d}  log J {solution.log_likelihood:8.2f}  at {where} m  {state}"
+        )
     return "\n".join(lines)

@@ -13,9 +13,15 @@ from drake_aerial.errors import InputError
 
 def add_verb(verbs: argparse._SubParsersAction) -> None:
     """Add the verb and its arguments."""
-    verb = verbs.add_parser("view", help="show a cloud, skill, contacts or trial as one self-contained HTML page")
-    verb.add_argument("file", type=Path, metavar="FILE", help="a cloud, SKILL.npz, contacts.json or trial.npz")
-    verb.add_argument("--out", type=Path, metavar="PAGE.html", help="the page (default: FILE with .html)")
+    verb = verbs.add_parser(
+        "view", help="show a cloud, skill, contacts or trial as one self-contained HTML page"
+    )
+    verb.add_argument(
+        "file", type=Path, metavar="FILE", help="a cloud, SKILL.npz, contacts.json or trial.npz"
+    )
+    verb.add_argument(
+        "--out", type=Path, metavar="PAGE.html", help="the page (default: FILE with .html)"
+    )
     verb.add_argument(
         "--skill",
         metavar="SKILL",
@@ -27,8 +33,8 @@ def add_verb(verbs: argparse._SubParsersAction) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Write the page and print where it is; or serve it."""
-    from drake_aerial.drawing.views import write_view
     from drake_aerial.named_inputs import read_skill
+    from drake_aerial.visualization.views import write_view
 
     skill = None if arguments.skill is None else read_skill(arguments.skill)
     if not live_is_wanted(arguments):
@@ -38,9 +44,11 @@ def run(arguments: argparse.Namespace) -> int:
         return 0
     if arguments.out is not None:
         raise InputError("--live writes no page: give --out or --live")
-    from drake_aerial.drawing.live import live_view
+    from drake_aerial.visualization.live import live_view
 
-    view = live_view(arguments.file, skill=skill, port=arguments.port, open_browser=not arguments.no_browser)
+    view = live_view(
+        arguments.file, skill=skill, port=arguments.port, open_browser=not arguments.no_browser
+    )
     # How a server is ended is no failure, from the moment on that somebody can know of it.
     with view as url, suppress(KeyboardInterrupt):
         tell_address(url)

@@ -1,1 +1,1 @@
-"""Trajectories and controllers as LeafSystems."""
+"""Controllers as LeafSystems: MPC, geometric laws, attitude loop, allocation, take-off. No plant."""

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from drake_aerial.errors import InputError
+from drake_aerial.geometry import Array
 
-Array = NDArray[np.float64]
 Four = tuple[float, float, float, float]
 
 
@@ -39,7 +39,9 @@ class Allocation:
     def __post_init__(self) -> None:
         p, k = np.asarray(self.p_QR, float), np.asarray(self.moment_ratio, float)
         if p.shape != (4, 3) or k.shape != (4,):
-            raise InputError(f"four propellers are needed, p_QR (4, 3) and moment_ratio (4,), got {p.shape}, {k.shape}")
+            raise InputError(
+                f"four propellers are needed, p_QR (4, 3) and moment_ratio (4,), got {p.shape}, {k.shape}"
+            )
         if not 0.0 <= self.min_rpm < self.max_rpm or not self.thrust_ratio > 0.0:
             raise InputError(
                 "propellers need 0 <= min_rpm < max_rpm and thrust_ratio > 0 but got "
@@ -48,7 +50,9 @@ class Allocation:
         kf = self.thrust_ratio
         G = np.array([np.full(4, kf), kf * p[:, 1], -kf * p[:, 0], k])
         if abs(np.linalg.det(G / np.linalg.norm(G, axis=1, keepdims=True))) < 1e-6:
-            raise InputError("these four propellers cannot make thrust and three moments independently")
+            raise InputError(
+                "these four propellers cannot make thrust and three moments independently"
+            )
         object.__setattr__(self, "p_QR", p)
         object.__setattr__(self, "moment_ratio", k)
         object.__setattr__(self, "matrix", G)
@@ -78,7 +82,9 @@ class Allocation:
         return np.asarray(squared_rpm, float) @ self.matrix.T
 
 
-def allocate(propellers: Allocation, thrust: float, mx: float, my: float, mz: float) -> tuple[list[float], bool]:
+def allocate(
+    propellers: Allocation, thrust: float, mx: float, my: float, mz: float
+) -> tuple[list[float], bool]:
     """Return squared speeds [rpm^2] for a thrust [N] and moments [N m], and whether a limit was met.
 
     Inside the limits the wrench is met exactly. Otherwise yaw is given up first, then thrust is shifted just as far as

@@ -6,14 +6,13 @@ from collections.abc import Sequence
 from math import sqrt
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, ValueProducer
 
 from drake_aerial.control.allocation import Allocation, allocate
 from drake_aerial.errors import InputError
-
-Array = NDArray[np.float64]
+from drake_aerial.geometry import Array
 
 ROTATION_GAIN = (0.25, 0.25, 0.08)
 """Moment per attitude error about x, y, z [N m]; the paper's table, row "rot" of the controller."""
@@ -80,7 +79,11 @@ def attitude_law(
     ey = e * (dw * y + dx * z - dy * w - dz * x)
     ez = e * (dw * z - dx * y + dy * x - dz * w)
     jxx, jxy, jxz, jyx, jyy, jyz, jzx, jzy, jzz = inertia
-    hx, hy, hz = jxx * p + jxy * q + jxz * r, jyx * p + jyy * q + jyz * r, jzx * p + jzy * q + jzz * r
+    hx, hy, hz = (
+        jxx * p + jxy * q + jxz * r,
+        jyx * p + jyy * q + jyz * r,
+        jzx * p + jzy * q + jzz * r,
+    )
     k1, k2, k3, k4, k5, k6 = gains
     return (
         ux * c1 + uy * c2 + uz * c3,
@@ -126,10 +129,15 @@ class AttitudeController(LeafSystem):
         n = len(propellers)
         J = np.asarray(inertia, float)
         if n == 0 or J.shape not in ((3, 3), (n, 3, 3)):
-            raise InputError(f"inertia must be (3, 3) or ({n}, 3, 3) for n >= 1 quadrotors but got {J.shape}")
+            raise InputError(
+                f"inertia must be (3, 3) or ({n}, 3, 3) for n >= 1 quadrotors but got {J.shape}"
+            )
         self._propellers = tuple(propellers)
         self._inertia = np.broadcast_to(J, (n, 3, 3)).reshape(n, 9).tolist()
-        self._gains = (*np.asarray(rotation_gain, float).tolist(), *np.asarray(rate_gain, float).tolist())
+        self._gains = (
+            *np.asarray(rotation_gain, float).tolist(),
+            *np.asarray(rate_gain, float).tolist(),
+        )
         self._states = self.DeclareVectorInputPort("quadrotor_states", 13 * n)
         self._thrusts = self.DeclareVectorInputPort("thrust_vectors", 3 * n)
         # Commands are held for several steps of the plant: their attitudes are worked out once.
@@ -147,7 +155,11 @@ class AttitudeController(LeafSystem):
 
     def _commands(self, context: Context) -> list[tuple[list[float], bool]]:
         """Return squared speeds (4) [rpm^2] of each quadrotor, and whether a limit was met."""
-        targets, states, gains = self._targets.Eval(context), self._states.Eval(context).tolist(), self._gains
+        targets, states, gains = (
+            self._targets.Eval(context),
+            self._states.Eval(context).tolist(),
+            self._gains,
+        )
         commands = []
         k = 0
         for target, inertia, propellers in zip(targets, self._inertia, self._propellers):
@@ -169,4 +181,9 @@ class AttitudeController(LeafSystem):
         output.SetFromVector(self._wrenches(context)[:, 1:].ravel())
 
     def _wrenches(self, context: Context) -> Array:
-        return np.array([p.wrench(squared) for p, (squared, _) in zip(self._propellers, self._commands(context))])
+        return np.array(
+            [
+                p.wrench(squared)
+                for p, (squared, _) in zip(self._propellers, self._commands(context))
+            ]
+        )

@@ -5,19 +5,16 @@ from __future__ import annotations
 from math import isfinite
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from drake_aerial.control.observation import Observation, PositionFilter, observe
-from drake_aerial.control.payload_parameters import PayloadModelParameters
 from drake_aerial.control.remaining_team import Losses, RemainingTeam
 from drake_aerial.control.take_off import FlightPhase, TakeOff
-from drake_aerial.control.trajectory import HoverTrajectory, Trajectory
+from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
 from drake_aerial.errors import InputError
-
-Array = NDArray[np.float64]
-
+from drake_aerial.estimation.observation import Observation, PositionFilter, observe
+from drake_aerial.geometry import Array
+from drake_aerial.references.trajectory import HoverTrajectory, Trajectory
 
 _FLYING = float(FlightPhase.FLYING)
 OFFSET = 0.001
@@ -69,7 +66,9 @@ class PayloadController(LeafSystem):
     ):
         super().__init__()
         if not period > 0.0 or not 0.0 <= offset < period:
-            raise InputError(f"a controller needs period > 0 and 0 <= offset < period but got {period}, {offset}")
+            raise InputError(
+                f"a controller needs period > 0 and 0 <= offset < period but got {period}, {offset}"
+            )
         n = model.n
         self.model, self.period, self.offset = model, period, offset
         self.take_off = take_off or TakeOff()
@@ -77,7 +76,9 @@ class PayloadController(LeafSystem):
         self._payload = self.DeclareVectorInputPort("payload_state", 13)
         self._quadrotors = self.DeclareVectorInputPort("quadrotor_states", 13 * n)
         self._cables = self.DeclareVectorInputPort("cable_directions", 6 * n)
-        self._reference = self.DeclareAbstractInputPort("reference", AbstractValue.Make(HoverTrajectory()))
+        self._reference = self.DeclareAbstractInputPort(
+            "reference", AbstractValue.Make(HoverTrajectory())
+        )
         hover = np.zeros((n, 3))
         hover[:, 2] = model.min_thrust
         self._attached = self.DeclareVectorInputPort("attached", n)
@@ -102,7 +103,9 @@ class PayloadController(LeafSystem):
         """Return the initial value of whatever else the law remembers from tick to tick."""
         return np.zeros(0)
 
-    def _fly(self, t: float, seen: Observation, reference: Trajectory, thrust: Array, memory: Array) -> Array:
+    def _fly(
+        self, t: float, seen: Observation, reference: Trajectory, thrust: Array, memory: Array
+    ) -> Array:
         """Return the thrusts (n, 3) [N] of the flight law at time t, and update `memory` in place.
 
         `thrust` (n, 3) is what was commanded until now; a `memory` of zeros means that flight begins.
@@ -161,7 +164,9 @@ class PayloadController(LeafSystem):
 
     def _command(self, discrete: DiscreteValues, thrust: Array, law: Array) -> None:
         discrete.get_mutable_vector(self._memory_index).SetFromVector(law)
-        discrete.get_mutable_vector(self._thrust_index).SetFromVector(limited(self.model, thrust).ravel())
+        discrete.get_mutable_vector(self._thrust_index).SetFromVector(
+            limited(self.model, thrust).ravel()
+        )
 
     def _nothing_new(self, context: Context, *samples: Array) -> bool:
         """Return whether samples are numbers, and every gripper holds and always has."""
@@ -176,7 +181,9 @@ class PayloadController(LeafSystem):
         known = Losses.unpack(context.get_discrete_state(self._losses_index).value())
         if not self._attached.HasValue(context):
             return known, False
-        losses = known.after(self._attached.Eval(context) > 0.5, flying, seen, self.model.cable_length)
+        losses = known.after(
+            self._attached.Eval(context) > 0.5, flying, seen, self.model.cable_length
+        )
         return losses, losses is not known
 
     def _calc_phase(self, context: Context, output: BasicVector) -> None:

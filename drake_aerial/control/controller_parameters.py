@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal, TypeAlias
 
-from drake_aerial.control.disturbance import DisturbanceObserver
 from drake_aerial.control.geometric import GeometricGains
-from drake_aerial.control.horizon import STAGES
-from drake_aerial.control.mpc import MpcWeights
-from drake_aerial.control.observation import PositionFilter
+from drake_aerial.control.mpc.horizon import STAGES
+from drake_aerial.control.mpc.payload_mpc import MpcWeights
 from drake_aerial.control.take_off import TakeOff
+from drake_aerial.estimation.disturbance_observer import DisturbanceObserver
+from drake_aerial.estimation.observation import PositionFilter
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,11 @@ ControllerParameters: TypeAlias = MpcParameters | GeometricParameters
 
 def _options(parameters: ControllerParameters) -> dict[str, Any]:
     given = {f.name: getattr(parameters, f.name) for f in fields(parameters) if f.name != "kind"}
-    return {name: value for name, value in given.items() if name != "position_filter" or value is not None}
+    return {
+        name: value
+        for name, value in given.items()
+        if name != "position_filter" or value is not None
+    }
 
 
 CONTROLLERS: dict[str, ControllerParameters] = {

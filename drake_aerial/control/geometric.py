@@ -6,15 +6,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from drake_aerial.control.controller import PayloadController
-from drake_aerial.control.observation import Observation
-from drake_aerial.control.payload_parameters import GRAVITY, PayloadModelParameters
-from drake_aerial.control.trajectory import Trajectory, TrajectorySample
-from drake_aerial.geometry import cross, matrix_from_quat
+from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
+from drake_aerial.estimation.observation import Observation
+from drake_aerial.geometry import Array, cross, matrix_from_quat
+from drake_aerial.references.trajectory import Trajectory, TrajectorySample
+from drake_aerial.statics.gravity import GRAVITY
 
-Array = NDArray[np.float64]
 Gain = tuple[float, float, float]
 
 
@@ -41,7 +40,10 @@ class GeometricGains:
 
 
 def cable_forces(
-    model: PayloadModelParameters, gains: GeometricGains, seen: Observation, desired: TrajectorySample
+    model: PayloadModelParameters,
+    gains: GeometricGains,
+    seen: Observation,
+    desired: TrajectorySample,
 ) -> tuple[Array, Array]:
     """Return the desired cable forces on the payload mu (n, 3) [N], in the world, and F/M (3,) [m/s^2].
 
@@ -115,7 +117,7 @@ class GeometricController(PayloadController):
     Examples
     --------
     >>> from drake_aerial import GeometricController
-    >>> from drake_aerial.control.payload_parameters import PayloadModelParameters
+    >>> from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
     >>> belief = PayloadModelParameters(mass=0.25, inertia=[[6e-3, 0, 0], [0, 5.9e-3, 0], [0, 0, 1.07e-2]], p_LC=[[0, 0, 0.14]])
     >>> GeometricController(belief, feedforward=True).GetInputPort("quadrotor_states").size()
     13
@@ -138,9 +140,13 @@ class GeometricController(PayloadController):
         return np.zeros(1 + 3 * self._n)  # whether there is a last mu, and the last mu
 
     def _reduced(self, model: PayloadModelParameters) -> GeometricController:
-        return GeometricController(model, feedforward=self.feedforward, gains=self.gains, period=self.period)
+        return GeometricController(
+            model, feedforward=self.feedforward, gains=self.gains, period=self.period
+        )
 
-    def _fly(self, t: float, seen: Observation, reference: Trajectory, thrust: Array, memory: Array) -> Array:
+    def _fly(
+        self, t: float, seen: Observation, reference: Trajectory, thrust: Array, memory: Array
+    ) -> Array:
         mu, feedback = cable_forces(self.model, self.gains, seen, reference.sample(t))
         rate = np.zeros_like(mu)
         if self.feedforward and memory[0]:

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from drake_aerial.control.allocation import Allocation
 from drake_aerial.errors import InputError
-
-Array = NDArray[np.float64]
+from drake_aerial.geometry import Array
 
 RESPONSE = 0.01
 """Time constant with which the speeds follow what is wanted, as far as their limits let them [s]."""
@@ -49,12 +48,22 @@ class MotorLead(LeafSystem):
     """
 
     def __init__(
-        self, propellers: Sequence[Allocation], time_constant: float, period: float, response: float = RESPONSE
+        self,
+        propellers: Sequence[Allocation],
+        time_constant: float,
+        period: float,
+        response: float = RESPONSE,
     ):
         super().__init__()
-        for name, value in (("time constant", time_constant), ("period", period), ("response", response)):
+        for name, value in (
+            ("time constant", time_constant),
+            ("period", period),
+            ("response", response),
+        ):
             if not (np.isfinite(value) and value > 0.0):
-                raise InputError(f"the motor lead's {name} is {value!r} s; a positive number accepted")
+                raise InputError(
+                    f"the motor lead's {name} is {value!r} s; a positive number accepted"
+                )
         self._low = np.repeat([p.min_rpm for p in propellers], 4)
         self._high = np.repeat([p.max_rpm for p in propellers], 4)
         # Exact for a command that is held over a step, as it is: after it, exp(-period / T) of the difference is left.

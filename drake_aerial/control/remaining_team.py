@@ -8,15 +8,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_aerial.control.observation import Observation
-from drake_aerial.control.payload_parameters import GRAVITY, PayloadModelParameters
 from drake_aerial.control.take_off import TakeOff
-from drake_aerial.control.trajectory import HoverTrajectory
+from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
+from drake_aerial.estimation.observation import Observation
+from drake_aerial.geometry import Array
+from drake_aerial.references.trajectory import HoverTrajectory
+from drake_aerial.statics.gravity import GRAVITY
 
 if TYPE_CHECKING:
     from drake_aerial.control.controller import PayloadController
 
-Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 
@@ -88,7 +89,14 @@ class RemainingTeam:
         self._rest: dict[float, HoverTrajectory] = {}
 
     def thrust(
-        self, t: float, losses: Losses, flying: bool, seen: Observation, yaw: float, thrust: Array, memory: Array
+        self,
+        t: float,
+        losses: Losses,
+        flying: bool,
+        seen: Observation,
+        yaw: float,
+        thrust: Array,
+        memory: Array,
     ) -> Array | None:
         """Return the thrusts (n, 3) [N] at time t, and update the law's `memory` in place; None where the law knows no smaller team.
 
@@ -116,7 +124,9 @@ class RemainingTeam:
         theirs = seen.of_quadrotors(kept)._replace(p=seen.p - losses.p_WL)
         size = len(law._initial_memory())
         command[kept] = (
-            thrust[kept] if law._hold(memory[:size]) else law._fly(t, theirs, rest, thrust[kept], memory[:size])
+            thrust[kept]
+            if law._hold(memory[:size])
+            else law._fly(t, theirs, rest, thrust[kept], memory[:size])
         )
         return command
 
@@ -126,7 +136,9 @@ class RemainingTeam:
         return self._laws[kept]
 
 
-def hovering_thrust(model: PayloadModelParameters, take_off: TakeOff, p_WQ: Array, seen: Observation) -> Array:
+def hovering_thrust(
+    model: PayloadModelParameters, take_off: TakeOff, p_WQ: Array, seen: Observation
+) -> Array:
     """Return the thrusts (n, 3) [N] with which quadrotors without a load go to p_WQ (n, 3) [m] and stay, with take-off's gains."""
     error = p_WQ - seen.p_WQ
     size = np.linalg.norm(error, axis=1, keepdims=True)

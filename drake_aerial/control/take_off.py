@@ -13,13 +13,12 @@ from enum import IntEnum
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from drake_aerial.control.observation import Observation
-from drake_aerial.control.payload_parameters import GRAVITY, PayloadModelParameters
-from drake_aerial.control.trajectory import TrajectorySample
-
-Array = NDArray[np.float64]
+from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
+from drake_aerial.estimation.observation import Observation
+from drake_aerial.geometry import Array
+from drake_aerial.references.trajectory import TrajectorySample
+from drake_aerial.statics.gravity import GRAVITY
 
 PHASE_NAMES = ("tightening", "tensioning", "lifting", "flying")
 
@@ -147,7 +146,11 @@ class TakeOff:
         """
         phase = int(memory[0])
         m, l = model.quadrotor_mass[:, None], model.cable_length[:, None]
-        contacts = seen.p + model.p_LC @ seen.R.T if phase == FlightPhase.TIGHTENING else memory[2:].reshape(-1, 3)
+        contacts = (
+            seen.p + model.p_LC @ seen.R.T
+            if phase == FlightPhase.TIGHTENING
+            else memory[2:].reshape(-1, 3)
+        )
         target = contacts + (l + self.reach) * np.array([0.0, 0.0, 1.0])
         velocity = acceleration = np.zeros(3)
         share: Any = 0.0
@@ -159,7 +162,9 @@ class TakeOff:
         error = target - seen.p_WQ
         size = np.linalg.norm(error, axis=1, keepdims=True)
         error = error * np.minimum(1.0, self.max_error / np.maximum(size, 1e-9))
-        push = error * self.position_gain + (velocity - seen.v_WQ) * self.velocity_gain + acceleration
+        push = (
+            error * self.position_gain + (velocity - seen.v_WQ) * self.velocity_gain + acceleration
+        )
         push[:, 2] += GRAVITY
         thrust = m * push
         thrust[:, 2] += share * self.weight_share(model)

@@ -1,1 +1,1 @@
-"""Kernels and kernel densities over surface features and poses."""
+"""Kernels and kernel densities over features, poses and grids, and resampling. Nothing of contacts."""

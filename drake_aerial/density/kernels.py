@@ -11,7 +11,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ive
 
-from drake_aerial.geometry import Array, axis_of, cross, perpendicular, quat_from_two_vectors, quat_multiply
+from drake_aerial.geometry import (
+    Array,
+    axis_of,
+    cross,
+    perpendicular,
+    quat_from_two_vectors,
+    quat_multiply,
+)
 
 LOG_2PI = float(np.log(2.0 * np.pi))
 
@@ -67,7 +74,9 @@ def log_theta(q: ArrayLike, mu: ArrayLike, sigma: float) -> Array:
     sigma : float
         Bandwidth [rad].
     """
-    d = rotation_concentration(sigma) * np.sum(np.asarray(q, float) * np.asarray(mu, float), axis=-1)
+    d = rotation_concentration(sigma) * np.sum(
+        np.asarray(q, float) * np.asarray(mu, float), axis=-1
+    )
     return theta_log_norm(sigma) + np.abs(d) + np.log1p(np.exp(-2.0 * np.abs(d)))
 
 

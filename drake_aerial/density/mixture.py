@@ -12,10 +12,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_aerial.blas_threads import one_blas_thread
-from drake_aerial.cores import for_each
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
+from drake_aerial.parallel import for_each, one_blas_thread
 
 BLOCK_BYTES = 560_000
 """Memory of the exponents of a block: they should stay in the cache. From somewhat more on, the allocator gives it back to the
@@ -63,7 +62,9 @@ def row_blocks(points: int, kernels: int, itemsize: int = 8) -> list[slice]:
     return [slice(start, min(start + rows, points)) for start in range(0, points, rows)]
 
 
-def exponent_blocks(points: np.ndarray, coefficients: np.ndarray) -> Iterator[tuple[slice, np.ndarray]]:
+def exponent_blocks(
+    points: np.ndarray, coefficients: np.ndarray
+) -> Iterator[tuple[slice, np.ndarray]]:
     """Yield slices of the lifted points (N, D) and their exponents (block, K) under coefficients (D, K)."""
     for rows in row_blocks(len(points), coefficients.shape[1], coefficients.itemsize):
         yield rows, points[rows] @ coefficients

@@ -14,7 +14,15 @@ from drake_aerial.density.mixture import (
     lifted_gaussian,
     log_weighted_sums,
 )
-from drake_aerial.geometry import Array, Pose, axis_of, cross, quat_about_axis, quat_conjugate, quat_multiply
+from drake_aerial.geometry import (
+    Array,
+    Pose,
+    axis_of,
+    cross,
+    quat_about_axis,
+    quat_conjugate,
+    quat_multiply,
+)
 
 
 class PoseDensity:
@@ -81,7 +89,9 @@ class PoseDensity:
             log_norm += kernels.theta_log_norm(sigma_q)
             position[-1] -= kappa
             self._rotation = np.concatenate([self.kernels_at.q, -self.kernels_at.q])
-            self._coefficients = np.vstack([np.hstack([position, position]), kappa * self._rotation.T])
+            self._coefficients = np.vstack(
+                [np.hstack([position, position]), kappa * self._rotation.T]
+            )
             self._log_norm = log_norm + kappa
         self._kappa = kappa
         self._single = self._coefficients.astype(np.float32) if single else None
@@ -117,7 +127,9 @@ class PoseDensity:
         shape = np.shape(x.p)[:-1]
         p, q = np.reshape(x.p, (-1, 3)), np.reshape(x.q, (-1, 4))
         weights = self.weights if self.axial else np.concatenate([self.weights, self.weights])
-        centres = self.kernels_at.p if self.axial else np.vstack([self.kernels_at.p, self.kernels_at.p])
+        centres = (
+            self.kernels_at.p if self.axial else np.vstack([self.kernels_at.p, self.kernels_at.p])
+        )
         value, mean_p = np.empty(len(p)), np.empty((len(p), 3))
         mean_r = np.empty((len(p), self._rotation.shape[1]))
         for rows, e in exponent_blocks(self._lifted(x), self._coefficients):
@@ -142,7 +154,9 @@ class PoseDensity:
             return Pose(p, kernels.sample_theta(self.kernels_at.q[k], self.sigma_q, rng))
         z = kernels.sample_axis(axis_of(self.kernels_at.q[k], 2), self.sigma_q, rng)
         q = kernels.turned_to_axis(self.kernels_at.q[k], z)
-        turn = quat_about_axis(np.broadcast_to([0.0, 0.0, 1.0], (n, 3)), rng.uniform(-np.pi, np.pi, n))
+        turn = quat_about_axis(
+            np.broadcast_to([0.0, 0.0, 1.0], (n, 3)), rng.uniform(-np.pi, np.pi, n)
+        )
         return Pose(p, quat_multiply(q, turn))
 
     def _lifted(self, x: Pose) -> Array:

@@ -86,7 +86,9 @@ class SurfaceDensity:
         sums = log_weighted_sums(points, coefficients, weights)[:, 0] + log_norm
         return sums.reshape(np.shape(pose.p)[:-1])
 
-    def log_density_and_gradient(self, pose: Pose, descriptor: ArrayLike) -> tuple[Array, Array, Array, Array]:
+    def log_density_and_gradient(
+        self, pose: Pose, descriptor: ArrayLike
+    ) -> tuple[Array, Array, Array, Array]:
         """Return the log-density and its gradients at features.
 
         Returns
@@ -127,8 +129,12 @@ class SurfaceDensity:
     def log_descriptor_density(self, descriptor: ArrayLike) -> Array:
         """Return the log of the marginal density of the descriptor r (..., 2), shape (...)."""
         r = np.asarray(descriptor, float)
-        sums = log_weighted_sums(lift(r.reshape(-1, 2)), self._of_descriptor, self.weights[:, None])[:, 0]
-        return (sums + kernels.gaussian_log_norm(2, self.bandwidth.descriptor)).reshape(r.shape[:-1])
+        sums = log_weighted_sums(
+            lift(r.reshape(-1, 2)), self._of_descriptor, self.weights[:, None]
+        )[:, 0]
+        return (sums + kernels.gaussian_log_norm(2, self.bandwidth.descriptor)).reshape(
+            r.shape[:-1]
+        )
 
     def sample_kernels(self, descriptor: ArrayLike, rng: np.random.Generator) -> np.ndarray:
         """Draw for each descriptor (N, 2) a kernel's index, with its probability given that descriptor."""
@@ -154,11 +160,15 @@ class SurfaceDensity:
         r = np.reshape(np.asarray(descriptor, float), (-1, 2))
         b = self.bandwidth
         kappa = kernels.rotation_concentration(b.rotation)
-        rows = np.vstack([lifted_gaussian(self.pose.p - self._origin, b.position), self._of_descriptor])
+        rows = np.vstack(
+            [lifted_gaussian(self.pose.p - self._origin, b.position), self._of_descriptor]
+        )
         # The rotation's largest exponent, kappa, is taken into the constant.
         rows[4] -= kappa
         rotation = kappa * np.concatenate([self.pose.q, -self.pose.q]).T
-        log_norm = kernels.gaussian_log_norm(3, b.position) + kernels.gaussian_log_norm(2, b.descriptor)
+        log_norm = kernels.gaussian_log_norm(3, b.position) + kernels.gaussian_log_norm(
+            2, b.descriptor
+        )
         points = np.hstack([lift(p - self._origin), lift(r), q])
         return (
             points,

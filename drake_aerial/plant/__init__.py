@@ -1,1 +1,1 @@
-"""Payload, quadrotor, cable and gripper as parts of a MultibodyPlant."""
+"""Payload, quadrotor, cable, gripper, wind and ground as parts of a MultibodyPlant. No controller."""

@@ -22,7 +22,7 @@ from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
 from drake_aerial.plant.gripper import Gripper
 from drake_aerial.plant.quadrotor import Quadrotor
-from drake_aerial.plant.scene import refuse_world_body
+from drake_aerial.plant.world import refuse_world_body
 
 KINDS = ("inextensible", "elastic")
 
@@ -45,10 +45,17 @@ class CableParameters:
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
             raise InputError(f"a cable of kind {self.kind!r}; {' or '.join(KINDS)} accepted")
-        for name, lowest in (("length", 1e-3), ("stiffness", 1e-9), ("damping", 0.0), ("link_mass", 1e-6)):
+        for name, lowest in (
+            ("length", 1e-3),
+            ("stiffness", 1e-9),
+            ("damping", 0.0),
+            ("link_mass", 1e-6),
+        ):
             value = getattr(self, name)
             if not (np.isfinite(value) and value >= lowest):
-                raise InputError(f"the cable's {name} is {value!r}; a number from {lowest:g} up accepted")
+                raise InputError(
+                    f"the cable's {name} is {value!r}; a number from {lowest:g} up accepted"
+                )
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +114,9 @@ class Cable:
             X_WL.rotation() @ self.gripper.p_LC
         )
         R_QW = X_WQ.rotation().inverse()
-        v_QC_Q = R_QW @ (V_WC.translational() - V_WQ.translational()) - np.cross(R_QW @ V_WQ.rotational(), p_QC_Q)
+        v_QC_Q = R_QW @ (V_WC.translational() - V_WQ.translational()) - np.cross(
+            R_QW @ V_WQ.rotational(), p_QC_Q
+        )
         # The link's -z points to the gripper: R_x(a) R_y(b) (0, 0, -1) = (-sin b, sin a cos b, -cos a cos b).
         x, y, z = direction = p_QC_Q / distance
         rate = float(direction @ v_QC_Q)
@@ -139,7 +148,7 @@ def add_cable(
     --------
     >>> from pydrake.systems.framework import DiagramBuilder
     >>> from drake_aerial import Payload, add_cable, add_gripper, add_payload, add_quadrotor
-    >>> from drake_aerial.plant.scene import add_plant
+    >>> from drake_aerial.plant.world import add_plant
     >>> plant, _ = add_plant(DiagramBuilder(), 0.002)
     >>> box = add_payload(plant, Payload.from_box([0.4, 0.4, 0.2], 0.25))
     >>> gripper = add_gripper(plant, box, [0.0, 0.0, 0.1], [0.0, 0.0, 1.0])
@@ -160,19 +169,33 @@ def add_cable(
     link = plant.AddRigidBody(name, instance, SpatialInertia(mass, np.zeros(3), unit))
     if plant.geometry_source_is_registered():
         plant.RegisterVisualGeometry(
-            link, RigidTransform([0.0, 0.0, -0.5 * length]), Cylinder(0.003, length), "visual", [0.1, 0.1, 0.1, 1.0]
+            link,
+            RigidTransform([0.0, 0.0, -0.5 * length]),
+            Cylinder(0.003, length),
+            "visual",
+            [0.1, 0.1, 0.1, 1.0],
         )
-    swing = plant.AddJoint(UniversalJoint(f"{name}_swing", quadrotor.body.body_frame(), link.body_frame(), damping=0.0))
+    swing = plant.AddJoint(
+        UniversalJoint(f"{name}_swing", quadrotor.body.body_frame(), link.body_frame(), damping=0.0)
+    )
     slide = plant.AddJoint(
         PrismaticJoint(
-            f"{name}_slide", link.body_frame(), gripper.body.body_frame(), np.array([0.0, 0.0, -1.0]), 0.0, length, 0.0
+            f"{name}_slide",
+            link.body_frame(),
+            gripper.body.body_frame(),
+            np.array([0.0, 0.0, -1.0]),
+            0.0,
+            length,
+            0.0,
         )
     )
     grip = plant.AddBallConstraint(gripper.body, np.zeros(3), payload, gripper.p_LC)
     return Cable(parameters, quadrotor, gripper, instance, swing, slide, grip)
 
 
-def tension_matrix(quadrotor_masses: Array, mass: float, inertia: Array, p_LoC: Array, xi: Array) -> Array:
+def tension_matrix(
+    quadrotor_masses: Array, mass: float, inertia: Array, p_LoC: Array, xi: Array
+) -> Array:
     """Return the matrix (n, n) that takes tensions [N] to the rates at which they shorten the cables [m/s^2].
 
     d_ij/m_i + xi_i.xi_j/M + (a_i x xi_i).J^-1 (a_j x xi_j), with everything in the payload's frame.
@@ -188,7 +211,9 @@ def tension_matrix(quadrotor_masses: Array, mass: float, inertia: Array, p_LoC: 
         Cable directions, from quadrotor to contact.
     """
     arms = np.cross(p_LoC, xi)
-    return np.diag(1.0 / quadrotor_masses) + xi @ xi.T / mass + arms @ np.linalg.solve(inertia, arms.T)
+    return (
+        np.diag(1.0 / quadrotor_masses) + xi @ xi.T / mass + arms @ np.linalg.solve(inertia, arms.T)
+    )
 
 
 def check_elastic_step(parameters: CableParameters, time_step: float, largest: float) -> float:

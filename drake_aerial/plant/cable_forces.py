@@ -24,7 +24,7 @@ from drake_aerial.geometry import Array
 from drake_aerial.plant.cable import Cable, tension_matrix
 from drake_aerial.plant.cable_geometry import contact_offsets
 from drake_aerial.plant.elastic_step import mean_pull
-from drake_aerial.plant.scene import GRAVITY
+from drake_aerial.statics.gravity import GRAVITY
 
 _NOTHING_DONE = EventStatus.DidNothing()
 
@@ -45,7 +45,9 @@ class CableTensions(LeafSystem):
         model_value = plant.get_reaction_forces_output_port().Allocate()
         self._forces = self.DeclareAbstractInputPort("reaction_forces", model_value)
         state = self.DeclareDiscreteState(np.ones(len(self._joints)))
-        self.DeclareVectorOutputPort("tension", len(self._joints), self._calc, {self._forces.ticket()})
+        self.DeclareVectorOutputPort(
+            "tension", len(self._joints), self._calc, {self._forces.ticket()}
+        )
         self.DeclareStateOutputPort("attached", state)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
@@ -100,14 +102,18 @@ class ElasticCables(LeafSystem):
         producer = ValueProducer(allocate=lambda: Value[object](), calc=self._calc_pull)
         self._pull = self.DeclareCacheEntry("pull", producer, sources)
         model = plant.AllocateInputAbstract(plant.get_applied_spatial_force_input_port())
-        self.DeclareAbstractOutputPort("applied_spatial_force", model.Clone, self._calc_forces, sources)
+        self.DeclareAbstractOutputPort(
+            "applied_spatial_force", model.Clone, self._calc_forces, sources
+        )
         self.DeclareVectorOutputPort("tension", n, self._calc_tension, sources)
         self.DeclareStateOutputPort("attached", state)
         self.DeclarePeriodicDiscreteUpdateEvent(self._step, 0.0, self._advance)
 
     def _calc_pull(self, context: Context, value: AbstractValue) -> None:
         attached = context.get_discrete_state(0).value()
-        offsets = contact_offsets(self._payload_state.Eval(context), self._quadrotor_states.Eval(context), self._p_LC)
+        offsets = contact_offsets(
+            self._payload_state.Eval(context), self._quadrotor_states.Eval(context), self._p_LC
+        )
         distance = np.sqrt(np.einsum("ij,ij->i", offsets.p_QC_W, offsets.p_QC_W))
         xi = offsets.p_QC_W / np.maximum(distance, 1e-9)[:, None]
         stretch = distance - self._length
@@ -116,7 +122,9 @@ class ElasticCables(LeafSystem):
             still = np.zeros(len(stretch))
             value.set_value((still, xi, offsets.R_WL, rate, still))
             return
-        matrix = tension_matrix(self._masses, self._mass, self._inertia, self._p_LoC, xi @ offsets.R_WL)
+        matrix = tension_matrix(
+            self._masses, self._mass, self._inertia, self._p_LoC, xi @ offsets.R_WL
+        )
         matrix = matrix * attached
         last = context.get_discrete_state(self._last).value()
         other = np.zeros(len(stretch))
@@ -136,7 +144,10 @@ class ElasticCables(LeafSystem):
         for i, T in enumerate(tension):
             if T == 0.0:
                 continue
-            at_quadrotor, at_contact = ExternallyAppliedSpatialForce(), ExternallyAppliedSpatialForce()
+            at_quadrotor, at_contact = (
+                ExternallyAppliedSpatialForce(),
+                ExternallyAppliedSpatialForce(),
+            )
             at_quadrotor.body_index = self._quadrotors[i]
             at_quadrotor.F_Bq_W = SpatialForce(np.zeros(3), T * xi[i])
             at_contact.body_index = self._payload
@@ -194,18 +205,25 @@ class GripperRelease:
             quadrotor = cable.quadrotor.parameters
             steady = 1.5 * (quadrotor.thrust_limits[1] + quadrotor.mass * GRAVITY)
             if cable.slide is not None and np.isfinite(hold):
-                self._slides.append((cable.slide, (hold - steady) * plant.time_step() / quadrotor.mass))
+                self._slides.append(
+                    (cable.slide, (hold - steady) * plant.time_step() / quadrotor.mass)
+                )
 
     @property
     def is_needed(self) -> bool:
         """Whether any gripper can let go at all."""
-        return any(cable.grip is not None for cable in self._cables) and bool(np.isfinite(self._hold).any())
+        return any(cable.grip is not None for cable in self._cables) and bool(
+            np.isfinite(self._hold).any()
+        )
 
     def attached(self, root_context: Context) -> Array:
         """Return which grippers (n,) hold, as booleans, in the context of the whole diagram."""
         context = self._plant.GetMyContextFromRoot(root_context)
         return np.array(
-            [c.grip is None or self._plant.GetConstraintActiveStatus(context, c.grip) for c in self._cables]
+            [
+                c.grip is None or self._plant.GetConstraintActiveStatus(context, c.grip)
+                for c in self._cables
+            ]
         )
 
     def let_go(self, root_context: Context, i: int) -> None:
@@ -235,7 +253,11 @@ class GripperRelease:
             p_WQ = plant.EvalBodyPoseInWorld(context, cable.quadrotor.body).translation()
             p_QC = X_WL @ self._p_LC[i] - p_WQ
             normal = X_WL.rotation() @ self._normal_L[i]
-            pull = tension[i] * max(0.0, -float(p_QC @ normal)) / max(float(np.linalg.norm(p_QC)), 1e-9)
+            pull = (
+                tension[i]
+                * max(0.0, -float(p_QC @ normal))
+                / max(float(np.linalg.norm(p_QC)), 1e-9)
+            )
             if pull > self._hold[i] and plant.GetConstraintActiveStatus(context, cable.grip):
                 self.let_go(root_context, i)
                 released = True
@@ -322,5 +344,7 @@ def connect_cables(
     elastic = builder.AddNamedSystem(name, ElasticCables(plant, cables))
     builder.Connect(payload_state, elastic.GetInputPort("payload_state"))
     builder.Connect(quadrotor_states, elastic.GetInputPort("quadrotor_states"))
-    tension, force, attached = (elastic.GetOutputPort(k) for k in ("tension", "applied_spatial_force", "attached"))
+    tension, force, attached = (
+        elastic.GetOutputPort(k) for k in ("tension", "applied_spatial_force", "attached")
+    )
     return CableSystem(elastic, tension, force, attached, None)

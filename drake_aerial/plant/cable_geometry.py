@@ -49,7 +49,9 @@ def contact_offsets(payload_state: Array, quadrotor_states: Array, p_LC: Array) 
 
 
 def cable_directions(
-    payload_state: Sequence[float], quadrotor_states: Sequence[float], p_LC: Sequence[Sequence[float]]
+    payload_state: Sequence[float],
+    quadrotor_states: Sequence[float],
+    p_LC: Sequence[Sequence[float]],
 ) -> list[float]:
     """Return per cable (6 n) the unit vector from quadrotor to contact and its rate [1/s], in the world frame.
 
@@ -65,12 +67,21 @@ def cable_directions(
         inverse = 1.0 / max(sqrt(dx * dx + dy * dy + dz * dz), 1e-9)
         x, y, z = dx * inverse, dy * inverse, dz * inverse
         along = x * ex + y * ey + z * ez
-        directions += [x, y, z, (ex - x * along) * inverse, (ey - y * along) * inverse, (ez - z * along) * inverse]
+        directions += [
+            x,
+            y,
+            z,
+            (ex - x * along) * inverse,
+            (ey - y * along) * inverse,
+            (ez - z * along) * inverse,
+        ]
     return directions
 
 
 def _offsets(
-    payload_state: Sequence[float], quadrotor_states: Sequence[float], p_LC: Sequence[Sequence[float]]
+    payload_state: Sequence[float],
+    quadrotor_states: Sequence[float],
+    p_LC: Sequence[Sequence[float]],
 ) -> list[tuple[float, float, float, float, float, float]]:
     """Return per contact the vector from its quadrotor [m] and its rate [m/s], in the world frame."""
     # Plain floats, written out: for one to six cables they are several times faster than arrays of three.
@@ -84,7 +95,11 @@ def _offsets(
         # The arm from L's origin to the contact.
         rx, ry, rz = xx * a + xy * b + xz * c, yx * a + yy * b + yz * c, zx * a + zy * b + zz * c
         dx, dy, dz = px + rx - qx, py + ry - qy, pz + rz - qz
-        ex, ey, ez = vx + wy * rz - wz * ry - ux, vy + wz * rx - wx * rz - uy, vz + wx * ry - wy * rx - uz
+        ex, ey, ez = (
+            vx + wy * rz - wz * ry - ux,
+            vy + wz * rx - wx * rz - uy,
+            vz + wx * ry - wy * rx - uz,
+        )
         offsets.append((dx, dy, dz, ex, ey, ez))
     return offsets
 

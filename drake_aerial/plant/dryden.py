@@ -17,7 +17,9 @@ LOWEST, HIGHEST = 10.0 * FOOT, 1000.0 * FOOT
 ROUGHNESS = 0.15 * FOOT
 """Roughness length of the ground in the terminal phases of flight, MIL-F-8785C 3.7.3.2 [m]."""
 
-_SHAPE = np.array([[0.0, 0.0], [np.sqrt(3.0), 1.0 - np.sqrt(3.0)], [np.sqrt(3.0), 1.0 - np.sqrt(3.0)]])
+_SHAPE = np.array(
+    [[0.0, 0.0], [np.sqrt(3.0), 1.0 - np.sqrt(3.0)], [np.sqrt(3.0), 1.0 - np.sqrt(3.0)]]
+)
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,9 @@ class Dryden:
             object.__setattr__(self, name, tuple(value.tolist()))
 
     @classmethod
-    def low_altitude(cls, altitude: float, wind_at_20_feet: float, airspeed: float | None = None) -> Dryden:
+    def low_altitude(
+        cls, altitude: float, wind_at_20_feet: float, airspeed: float | None = None
+    ) -> Dryden:
         """Return the turbulence near the ground, MIL-F-8785C 3.7.3.4.
 
         L_w = h, L_u = L_v = h / (0.177 + 0.000823 h)^1.2 in feet; s_w = 0.1 W_20, s_u = s_v = s_w / (0.177 + 0.000823 h)^0.4.
@@ -79,7 +83,9 @@ class Dryden:
                 f"an altitude of {altitude!r} m; the low-altitude turbulence is defined from {LOWEST:.3g} to {HIGHEST:.4g} m"
             )
         if not (np.isfinite(wind_at_20_feet) and wind_at_20_feet > 0.0):
-            raise InputError(f"a mean wind of {wind_at_20_feet!r} m/s at 20 ft; a positive number accepted")
+            raise InputError(
+                f"a mean wind of {wind_at_20_feet!r} m/s at 20 ft; a positive number accepted"
+            )
         speed = mean_wind(altitude, wind_at_20_feet) if airspeed is None else airspeed
         if not (np.isfinite(speed) and speed > 0.0):
             raise InputError(f"an airspeed of {airspeed!r} m/s; a positive number accepted")
@@ -113,8 +119,13 @@ class Dryden:
         # Integrals of exp(-2 x) (1, x, x^2) from 0 to a; the incomplete gamma function keeps them exact for short periods.
         q0, q1, q2 = gammainc(1, 2 * a) / 2, gammainc(2, 2 * a) / 4, gammainc(3, 2 * a) / 4
         first = np.sqrt(q0)
-        N = np.stack([np.stack([first, zero], -1), np.stack([q1 / first, np.sqrt(q2 - q1 * q1 / q0)], -1)], -2)
-        C = np.asarray(self.intensity)[:, None] * (_SHAPE + [[np.sqrt(2.0), 0.0], [0.0, 0.0], [0.0, 0.0]])
+        N = np.stack(
+            [np.stack([first, zero], -1), np.stack([q1 / first, np.sqrt(q2 - q1 * q1 / q0)], -1)],
+            -2,
+        )
+        C = np.asarray(self.intensity)[:, None] * (
+            _SHAPE + [[np.sqrt(2.0), 0.0], [0.0, 0.0], [0.0, 0.0]]
+        )
         return Phi, N, C, np.linalg.cholesky(np.array([[0.5, 0.25], [0.25, 0.25]]))
 
 

@@ -16,7 +16,13 @@ def pull(stretch: Array, rate: Array, stiffness: Array, damping: Array) -> Array
 
 
 def mean_pull(
-    stretch: Array, rate: Array, other: Array, matrix: Array, stiffness: Array, damping: Array, time_step: float
+    stretch: Array,
+    rate: Array,
+    other: Array,
+    matrix: Array,
+    stiffness: Array,
+    damping: Array,
+    time_step: float,
 ) -> Array:
     """Return the tensions (n,) [N] whose impulse over one step is that of cables that tighten and slacken within it.
 

@@ -14,8 +14,8 @@ from pydrake.multibody.tree import ModelInstanceIndex, RigidBody, SpatialInertia
 
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, perpendicular, quat_from_xz
+from drake_aerial.io.typed_yaml.record_fields import Unbounded
 from drake_aerial.plant.payload_body import PayloadBody
-from drake_aerial.typed_yaml.record_fields import Unbounded
 
 _RADIUS, _HEIGHT = 0.02, 0.01
 
@@ -31,7 +31,9 @@ class GripperParameters:
 
     def __post_init__(self) -> None:
         if not self.holding_force > 0.0:
-            raise InputError(f"the gripper's holding_force is {self.holding_force!r} N; a positive number accepted")
+            raise InputError(
+                f"the gripper's holding_force is {self.holding_force!r} N; a positive number accepted"
+            )
         if not (np.isfinite(self.mass) and self.mass > 0.0):
             raise InputError(f"the gripper's mass is {self.mass!r} kg; a positive number accepted")
 
@@ -92,7 +94,7 @@ def add_gripper(
     --------
     >>> from pydrake.systems.framework import DiagramBuilder
     >>> from drake_aerial import Payload, add_gripper, add_payload
-    >>> from drake_aerial.plant.scene import add_plant
+    >>> from drake_aerial.plant.world import add_plant
     >>> plant, _ = add_plant(DiagramBuilder(), 0.002)
     >>> box = add_payload(plant, Payload.from_box([0.4, 0.4, 0.2], 0.25))
     >>> gripper = add_gripper(plant, box, [0.0, 0.0, 0.1], [0.0, 0.0, 1.0])
@@ -103,12 +105,20 @@ def add_gripper(
     normal = np.asarray(normal_L, dtype=float)
     length = float(np.linalg.norm(normal))
     if normal.shape != (3,) or not np.isfinite(length) or length == 0.0:
-        raise InputError(f"the contact's normal is {normal_L!r}; three finite numbers, not all zero, accepted")
+        raise InputError(
+            f"the contact's normal is {normal_L!r}; three finite numbers, not all zero, accepted"
+        )
     instance = plant.AddModelInstance(name)
     unit = UnitInertia.SolidCylinder(_RADIUS, _HEIGHT, [0.0, 0.0, 1.0])
     body = plant.AddRigidBody(name, instance, SpatialInertia(parameters.mass, np.zeros(3), unit))
     if plant.geometry_source_is_registered():
         plant.RegisterVisualGeometry(
-            body, RigidTransform([0, 0, 0.5 * _HEIGHT]), Cylinder(_RADIUS, _HEIGHT), "visual", [0.2, 0.2, 0.25, 1.0]
+            body,
+            RigidTransform([0, 0, 0.5 * _HEIGHT]),
+            Cylinder(_RADIUS, _HEIGHT),
+            "visual",
+            [0.2, 0.2, 0.25, 1.0],
         )
-    return Gripper(parameters, payload, np.asarray(p_LC, dtype=float), normal / length, body, instance)
+    return Gripper(
+        parameters, payload, np.asarray(p_LC, dtype=float), normal / length, body, instance
+    )

@@ -50,7 +50,9 @@ def solid_properties(vertices: Array, faces: Array) -> SolidProperties:
     total = a + b + c
     mean = np.einsum("i,ij->j", volumes, total) / (4.0 * volume)
     # Second moment of a tetrahedron with a corner at the origin: V/20 (sum x x^T + s s^T).
-    second = sum(np.einsum("i,ij,ik->jk", volumes, x, x) for x in (a, b, c, total)) / (20.0 * volume)
+    second = sum(np.einsum("i,ij,ik->jk", volumes, x, x) for x in (a, b, c, total)) / (
+        20.0 * volume
+    )
     return SolidProperties(volume, centre + mean, second - np.outer(mean, mean))
 
 
@@ -59,7 +61,9 @@ def is_closed(faces: Array) -> bool:
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     forward, n_forward = np.unique(edges, axis=0, return_counts=True)
     backward, n_backward = np.unique(edges[:, ::-1], axis=0, return_counts=True)
-    return forward.shape == backward.shape and bool((forward == backward).all() and (n_forward == n_backward).all())
+    return forward.shape == backward.shape and bool(
+        (forward == backward).all() and (n_forward == n_backward).all()
+    )
 
 
 def check_inertia(inertia: ArrayLike, what: str = "inertia") -> Array:
@@ -74,13 +78,23 @@ def check_inertia(inertia: ArrayLike, what: str = "inertia") -> Array:
     try:
         given = np.asarray(inertia, dtype=float)
     except (TypeError, ValueError) as error:
-        raise InputError(f"{what} is {inertia!r}; three moments or a 3x3 matrix accepted") from error
+        raise InputError(
+            f"{what} is {inertia!r}; three moments or a 3x3 matrix accepted"
+        ) from error
     matrix = np.diag(given) if given.shape == (3,) else given
-    if matrix.shape != (3, 3) or not np.isfinite(matrix).all() or not np.allclose(matrix, matrix.T, rtol=1e-6):
-        raise InputError(f"{what} is {inertia!r}; three moments or a symmetric 3x3 matrix accepted [kg m^2]")
+    if (
+        matrix.shape != (3, 3)
+        or not np.isfinite(matrix).all()
+        or not np.allclose(matrix, matrix.T, rtol=1e-6)
+    ):
+        raise InputError(
+            f"{what} is {inertia!r}; three moments or a symmetric 3x3 matrix accepted [kg m^2]"
+        )
     moments = np.linalg.eigvalsh(matrix)
     if moments[0] <= 0.0:
-        raise InputError(f"{what} has the principal moment {moments[0]:.4g} kg m^2; positive ones accepted")
+        raise InputError(
+            f"{what} has the principal moment {moments[0]:.4g} kg m^2; positive ones accepted"
+        )
     if moments[2] > (moments[0] + moments[1]) * (1.0 + 1e-9):
         diagonal = np.diag(matrix)
         k = int(np.argmax(diagonal))

@@ -34,12 +34,18 @@ class MotorLag(LeafSystem):
     def __init__(self, size: int, time_constant: float, period: float, initial: ArrayLike = 0.0):
         super().__init__()
         if not (np.isfinite(time_constant) and time_constant > 0.0):
-            raise InputError(f"the motors' time constant is {time_constant!r} s; a positive number accepted")
+            raise InputError(
+                f"the motors' time constant is {time_constant!r} s; a positive number accepted"
+            )
         self._gain = 1.0 - np.exp(-period / time_constant)
         self._command = self.DeclareVectorInputPort("command", size)
-        state = self.DeclareDiscreteState(np.broadcast_to(np.asarray(initial, dtype=float), (size,)).copy())
+        state = self.DeclareDiscreteState(
+            np.broadcast_to(np.asarray(initial, dtype=float), (size,)).copy()
+        )
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._follow)
-        self.DeclareVectorOutputPort("squared_speed", size, self._calc, {self.discrete_state_ticket(state)})
+        self.DeclareVectorOutputPort(
+            "squared_speed", size, self._calc, {self.discrete_state_ticket(state)}
+        )
 
     def set_speeds(self, context: Context, speeds: ArrayLike) -> None:
         """Set the speeds (N,) [rpm] in this system's context."""

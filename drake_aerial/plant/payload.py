@@ -10,11 +10,17 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_aerial import geometry, model_files, strict_yaml
+from drake_aerial import geometry
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, Pose
+from drake_aerial.io import model_files, strict_yaml
 from drake_aerial.plant import triangles
-from drake_aerial.plant.mass_properties import SolidProperties, check_inertia, is_closed, solid_properties
+from drake_aerial.plant.mass_properties import (
+    SolidProperties,
+    check_inertia,
+    is_closed,
+    solid_properties,
+)
 
 TABLE_MASS = 0.25
 """Payload mass of the paper's parameter table [kg]."""
@@ -154,7 +160,9 @@ class Payload:
         return cls._of_solid(vertices * scale, faces, mass, com, inertia, name, X_SP)
 
     @classmethod
-    def from_cloud(cls, cloud: Any, mass: float = TABLE_MASS, *, name: str = "scan", depth: float = 0.02) -> Payload:
+    def from_cloud(
+        cls, cloud: Any, mass: float = TABLE_MASS, *, name: str = "scan", depth: float = 0.02
+    ) -> Payload:
         """Return the closed convex hull of a scan as a solid of uniform density: all that a scan alone tells.
 
         Parameters
@@ -268,10 +276,16 @@ def _pose(value: Any, path: Path) -> Pose:
     if value is None:
         return geometry.identity()
     if not isinstance(value, dict):
-        raise InputError(f"{path}: pose is {strict_yaml.shown(value)}; position and quaternion_wxyz accepted")
+        raise InputError(
+            f"{path}: pose is {strict_yaml.shown(value)}; position and quaternion_wxyz accepted"
+        )
     strict_yaml.check_keys(value, f"{path}: pose", optional=("position", "quaternion_wxyz"))
     p = strict_yaml.numbers(value.get("position", [0, 0, 0]), (3,), f"{path}: pose: position")
-    q = strict_yaml.numbers(value.get("quaternion_wxyz", [1, 0, 0, 0]), (4,), f"{path}: pose: quaternion_wxyz")
+    q = strict_yaml.numbers(
+        value.get("quaternion_wxyz", [1, 0, 0, 0]), (4,), f"{path}: pose: quaternion_wxyz"
+    )
     if abs(np.linalg.norm(q) - 1.0) > 1e-3:
-        raise InputError(f"{path}: pose: quaternion_wxyz has norm {np.linalg.norm(q):.4g}; a unit one accepted")
+        raise InputError(
+            f"{path}: pose: quaternion_wxyz has norm {np.linalg.norm(q):.4g}; a unit one accepted"
+        )
     return Pose(p, geometry.quat_normalize(q))

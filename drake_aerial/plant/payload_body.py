@@ -13,10 +13,11 @@ from scipy.spatial import QhullError
 
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
-from drake_aerial.plant import support
+from drake_aerial.plant import support_points as support
 from drake_aerial.plant.payload import Payload
-from drake_aerial.plant.scene import CONTACT_STIFFNESS, GRAVITY, contact_properties
 from drake_aerial.plant.triangles import convex_hull
+from drake_aerial.plant.world import CONTACT_STIFFNESS, contact_properties
+from drake_aerial.statics.gravity import GRAVITY
 
 _COLOUR = [0.80, 0.62, 0.40, 1.0]
 
@@ -71,7 +72,7 @@ def add_payload(plant: MultibodyPlant, payload: Payload, *, name: str = "payload
     --------
     >>> from pydrake.systems.framework import DiagramBuilder
     >>> from drake_aerial import Payload, add_payload
-    >>> from drake_aerial.plant.scene import add_plant
+    >>> from drake_aerial.plant.world import add_plant
     >>> plant, _ = add_plant(DiagramBuilder(), 0.002)
     >>> box = add_payload(plant, Payload.from_box([0.4, 0.4, 0.2], 0.25))
     >>> float(box.body.default_mass())
@@ -83,7 +84,9 @@ def add_payload(plant: MultibodyPlant, payload: Payload, *, name: str = "payload
         about_com = RotationalInertia(J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2])
         inertia = SpatialInertia.MakeFromCentralInertia(payload.mass, payload.com, about_com)
     except RuntimeError as error:
-        raise InputError(f"the payload's inertia {J.tolist()} is impossible for {payload.mass:g} kg") from error
+        raise InputError(
+            f"the payload's inertia {J.tolist()} is impossible for {payload.mass:g} kg"
+        ) from error
     body = plant.AddRigidBody(name, instance, inertia)
     feet, own = support.feet(payload.vertices, payload.com)
     if plant.geometry_source_is_registered():
@@ -97,7 +100,9 @@ def _register_shape(plant: MultibodyPlant, body: RigidBody, payload: Payload, fe
     try:
         hull, _ = convex_hull(payload.vertices)
     except QhullError as error:
-        raise InputError(f"payload {payload.name!r} is flat: its convex hull has no volume") from error
+        raise InputError(
+            f"payload {payload.name!r} is flat: its convex hull has no volume"
+        ) from error
     centre, floor = hull.mean(axis=0), feet[0, 2] + support.RADIUS
     points = [foot + [0.0, 0.0, support.RADIUS] for foot in feet]
     for corner in support.extremes(hull):
@@ -108,8 +113,12 @@ def _register_shape(plant: MultibodyPlant, body: RigidBody, payload: Payload, fe
         if min(np.linalg.norm(point - other) for other in points) > 0.02:
             points.append(point)
     for k, point in enumerate(points):
-        plant.RegisterCollisionGeometry(body, RigidTransform(point), Sphere(support.RADIUS), f"touch_{k}", properties)
+        plant.RegisterCollisionGeometry(
+            body, RigidTransform(point), Sphere(support.RADIUS), f"touch_{k}", properties
+        )
     shrink = np.maximum(0.2, 1.0 - 0.02 / np.ptp(hull, axis=0))
     inner = Convex((centre + shrink * (hull - centre)).T, payload.name)
     plant.RegisterCollisionGeometry(body, RigidTransform(), inner, "hull", properties)
-    plant.RegisterVisualGeometry(body, RigidTransform(), Convex(hull.T, payload.name), "visual", _COLOUR)
+    plant.RegisterVisualGeometry(
+        body, RigidTransform(), Convex(hull.T, payload.name), "visual", _COLOUR
+    )

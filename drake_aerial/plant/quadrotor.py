@@ -15,10 +15,10 @@ from pydrake.systems.primitives import Saturation
 
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
+from drake_aerial.io.typed_yaml.reading import read_record
 from drake_aerial.plant.mass_properties import check_inertia
 from drake_aerial.plant.motor_lag import MotorLag
-from drake_aerial.plant.scene import contact_properties
-from drake_aerial.typed_yaml.reading import read_record
+from drake_aerial.plant.world import contact_properties
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,7 @@ def add_quadrotor(
     --------
     >>> from pydrake.systems.framework import DiagramBuilder
     >>> from drake_aerial import add_quadrotor
-    >>> from drake_aerial.plant.scene import add_plant
+    >>> from drake_aerial.plant.world import add_plant
     >>> plant, _ = add_plant(DiagramBuilder(), 0.002)
     >>> quadrotor = add_quadrotor(plant)
     >>> round(quadrotor.parameters.thrust_limits[1], 2)
@@ -144,7 +144,9 @@ def add_quadrotor(
     if plant.geometry_source_is_registered():
         # The landing gear and rotors' guard in one: nothing but crashes touches it.
         guard = Ellipsoid(1.2 * parameters.arm, 1.2 * parameters.arm, 0.04)
-        plant.RegisterCollisionGeometry(body, RigidTransform(), guard, "guard", contact_properties())
+        plant.RegisterCollisionGeometry(
+            body, RigidTransform(), guard, "guard", contact_properties()
+        )
         for k, (X, shape, colour) in enumerate(visual_parts(parameters)):
             plant.RegisterVisualGeometry(body, X, shape, f"visual_{k}", colour)
     return Quadrotor(parameters, body, instance)
@@ -162,7 +164,13 @@ def visual_parts(
         (RigidTransform([0.042, 0, 0.006]), Sphere(0.011), [0.85, 0.20, 0.15, 1.0]),
     ]
     for yaw in (np.pi / 4.0, -np.pi / 4.0):
-        parts.append((RigidTransform(RotationMatrix.MakeZRotation(yaw), np.zeros(3)), Box(2 * arm, 0.014, 0.010), dark))
+        parts.append(
+            (
+                RigidTransform(RotationMatrix.MakeZRotation(yaw), np.zeros(3)),
+                Box(2 * arm, 0.014, 0.010),
+                dark,
+            )
+        )
     for x, y, _ in parameters.propeller_positions:
         parts.append((RigidTransform([x, y, 0.012]), Cylinder(0.010, 0.024), metal))
         parts.append((RigidTransform([x, y, 0.026]), Cylinder(0.62 * arm, 0.003), blade))
@@ -203,7 +211,9 @@ def connect_propellers(
         k = p.thrust_coefficient
         for position, spin in zip(p.propeller_positions, p.propeller_spins, strict=True):
             X_QPropeller = RigidTransform(position)
-            infos.append(PropellerInfo(quadrotor.body.index(), X_QPropeller, k, k * p.drag_ratio * spin))
+            infos.append(
+                PropellerInfo(quadrotor.body.index(), X_QPropeller, k, k * p.drag_ratio * spin)
+            )
         low += [p.command_limits[0]] * 4
         high += [p.command_limits[1]] * 4
     limits = builder.AddNamedSystem(f"{name}_limits", Saturation(np.array(low), np.array(high)))

@@ -29,9 +29,17 @@ def read(mesh: Any) -> tuple[Array, Array, str]:
     elif hasattr(mesh, "vertices") and hasattr(mesh, "faces"):
         vertices, faces = mesh.vertices, mesh.faces
     else:
-        raise InputError(f"a {type(mesh).__name__} is no mesh; a path, a trimesh.Trimesh or (vertices, faces) accepted")
+        raise InputError(
+            f"a {type(mesh).__name__} is no mesh; a path, a trimesh.Trimesh or (vertices, faces) accepted"
+        )
     vertices, faces = np.array(vertices, dtype=float), np.array(faces, dtype=np.int64)
-    if vertices.ndim != 2 or vertices.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3 or len(faces) == 0:
+    if (
+        vertices.ndim != 2
+        or vertices.shape[1] != 3
+        or faces.ndim != 2
+        or faces.shape[1] != 3
+        or len(faces) == 0
+    ):
         raise InputError(
             f"mesh {name!r} has vertices {vertices.shape} and faces {faces.shape}; (V, 3), (F, 3) accepted"
         )
@@ -50,12 +58,18 @@ def _load(path: Path) -> Any:
     try:
         return trimesh.load(path, force="mesh")
     except Exception as error:  # trimesh raises whatever its readers raise
-        raise InputError(f"cannot read the mesh {path}: {error}; .obj .ply .stl accepted") from error
+        raise InputError(
+            f"cannot read the mesh {path}: {error}; .obj .ply .stl accepted"
+        ) from error
 
 
 def box(size: Array) -> tuple[Array, Array]:
     """Return the 8 vertices and 12 outward triangles of a box of full edges `size` (3,), centred on the origin."""
-    vertices = 0.5 * size * np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
+    vertices = (
+        0.5
+        * size
+        * np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
+    )
     quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     return vertices, np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])
 
@@ -87,11 +101,15 @@ def closed_hull(points: Array, depth: float, away: Array) -> tuple[Array, Array]
         If the points are fewer than three or lie on a line.
     """
     if len(points) < 3:
-        raise InputError(f"a payload's hull needs 3 points or more that are not on a line; {len(points)} given")
+        raise InputError(
+            f"a payload's hull needs 3 points or more that are not on a line; {len(points)} given"
+        )
     deviation = points - points.mean(axis=0)
     spread, axes = np.linalg.eigh(deviation.T @ deviation)
     if spread[1] <= 1e-12 * spread[2]:
-        raise InputError("the scan's points lie on a line, or are all equal; a payload's hull needs a surface")
+        raise InputError(
+            "the scan's points lie on a line, or are all equal; a payload's hull needs a surface"
+        )
     thickness = float(np.ptp(deviation @ axes[:, 0]))
     if thickness < depth:
         direction = axes[:, 0] if axes[:, 0] @ away >= 0.0 else -axes[:, 0]
@@ -117,7 +135,11 @@ def closest_points(vertices: Array, faces: Array, points: Array) -> tuple[Array,
         best = int(np.argmin(np.einsum("ij,ij->i", q - p, q - p)))
         found[i], normals[i] = q[best], normal[best]
     distances = np.linalg.norm(found - flat, axis=1)
-    return found.reshape(points.shape), normals.reshape(points.shape), distances.reshape(points.shape[:-1])
+    return (
+        found.reshape(points.shape),
+        normals.reshape(points.shape),
+        distances.reshape(points.shape[:-1]),
+    )
 
 
 def _closest_on_triangles(p: Array, a: Array, b: Array, c: Array, normal: Array) -> Array:
@@ -127,7 +149,9 @@ def _closest_on_triangles(p: Array, a: Array, b: Array, c: Array, normal: Array)
     for u, v in ((a, b), (b, c), (c, a)):
         edge = v - u
         inside &= np.einsum("ij,ij->i", cross(edge, p - u), normal) >= 0.0
-        t = np.clip(np.einsum("ij,ij->i", p - u, edge) / np.einsum("ij,ij->i", edge, edge), 0.0, 1.0)
+        t = np.clip(
+            np.einsum("ij,ij->i", p - u, edge) / np.einsum("ij,ij->i", edge, edge), 0.0, 1.0
+        )
         q = u + t[:, None] * edge
         d2 = np.einsum("ij,ij->i", q - p, q - p)
         nearer = d2 < best_d2

@@ -8,7 +8,14 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.multibody.math import SpatialForce
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce, MultibodyPlant
-from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, DiscreteValues, LeafSystem, OutputPort
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    DiagramBuilder,
+    DiscreteValues,
+    LeafSystem,
+    OutputPort,
+)
 
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
@@ -60,12 +67,18 @@ class WindParameters:
         for name in ("mean", "gust"):
             value = np.asarray(getattr(self, name), dtype=float)
             if value.shape != (3,) or not np.isfinite(value).all():
-                raise InputError(f"the wind's {name} is {getattr(self, name)!r}; three finite numbers [m/s] accepted")
+                raise InputError(
+                    f"the wind's {name} is {getattr(self, name)!r}; three finite numbers [m/s] accepted"
+                )
             object.__setattr__(self, name, tuple(value.tolist()))
         if self.turbulence is not None and not isinstance(self.turbulence, Dryden):
-            raise InputError(f"the wind's turbulence is {self.turbulence!r}; a Dryden or None accepted")
+            raise InputError(
+                f"the wind's turbulence is {self.turbulence!r}; a Dryden or None accepted"
+            )
         if not (np.isfinite(self.gust_duration) and self.gust_duration > 0.0):
-            raise InputError(f"the wind's gust_duration is {self.gust_duration!r} s; a positive number accepted")
+            raise InputError(
+                f"the wind's gust_duration is {self.gust_duration!r} s; a positive number accepted"
+            )
         for name in ("gust_start", "payload_drag", "quadrotor_drag_area"):
             value = getattr(self, name)
             if not (np.isfinite(value) and value >= 0.0):
@@ -100,7 +113,10 @@ class Wind(LeafSystem):
         if parameters.turbulence is not None:
             self._Phi, self._N, C, self._N0 = parameters.turbulence.steps(period)
             heading = np.arctan2(self._mean[1], self._mean[0])
-            along, across = (np.cos(heading), np.sin(heading), 0.0), (-np.sin(heading), np.cos(heading), 0.0)
+            along, across = (
+                (np.cos(heading), np.sin(heading), 0.0),
+                (-np.sin(heading), np.cos(heading), 0.0),
+            )
             self._C_W = np.array([along, across, (0.0, 0.0, 1.0)]).T[:, :, None] * C
             self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._stir)
         self.DeclareVectorOutputPort("velocity", 3, self._calc)
@@ -114,9 +130,14 @@ class Wind(LeafSystem):
         seed = int(context.get_numeric_parameter(self._seed).GetAtIndex(0))
         # The second word of the key sets this stream apart from the perception's of the same seed.
         key, counter = np.array([seed, 1], dtype=np.uint64), [0, 0, 0, number]
-        noise = np.random.Generator(np.random.Philox(key=key, counter=counter)).standard_normal((3, 2, 1))
+        noise = np.random.Generator(np.random.Philox(key=key, counter=counter)).standard_normal(
+            (3, 2, 1)
+        )
         if number > 0:
-            after = self._Phi @ context.get_discrete_state_vector().value().reshape(3, 2, 1) + self._N @ noise
+            after = (
+                self._Phi @ context.get_discrete_state_vector().value().reshape(3, 2, 1)
+                + self._N @ noise
+            )
         else:
             after = self._N0 @ noise
         discrete_state.get_mutable_vector().SetFromVector(after.ravel())
@@ -148,14 +169,20 @@ class WindDrag(LeafSystem):
     """
 
     def __init__(
-        self, plant: MultibodyPlant, payload: PayloadBody, quadrotors: list[Quadrotor], parameters: WindParameters
+        self,
+        plant: MultibodyPlant,
+        payload: PayloadBody,
+        quadrotors: list[Quadrotor],
+        parameters: WindParameters,
     ):
         super().__init__()
         n = len(quadrotors)
         low, high = payload.payload.vertices.min(axis=0), payload.payload.vertices.max(axis=0)
         x, y, z = high - low
         self._centre = 0.5 * (low + high)
-        self._on_payload = 0.5 * AIR_DENSITY * parameters.payload_drag * np.array([y * z, z * x, x * y])
+        self._on_payload = (
+            0.5 * AIR_DENSITY * parameters.payload_drag * np.array([y * z, z * x, x * y])
+        )
         self._on_quadrotor = 0.5 * AIR_DENSITY * parameters.quadrotor_drag_area
         self._payload, self._quadrotors = payload.body.index(), [q.body.index() for q in quadrotors]
         self._wind = self.DeclareVectorInputPort("wind", 3)
@@ -168,8 +195,12 @@ class WindDrag(LeafSystem):
         wind, payload = self._wind.Eval(context), self._payload_state.Eval(context)
         R = rotation(payload[:4])
         v_L = R.T @ (wind - payload[10:13] - np.cross(payload[7:10], R @ self._centre))
-        forces = [_push(self._payload, self._centre, R @ (np.sqrt(v_L @ v_L) * self._on_payload * v_L))]
-        for body, state in zip(self._quadrotors, self._quadrotor_states.Eval(context).reshape(-1, 13), strict=True):
+        forces = [
+            _push(self._payload, self._centre, R @ (np.sqrt(v_L @ v_L) * self._on_payload * v_L))
+        ]
+        for body, state in zip(
+            self._quadrotors, self._quadrotor_states.Eval(context).reshape(-1, 13), strict=True
+        ):
             v = wind - state[10:13]
             forces.append(_push(body, np.zeros(3), self._on_quadrotor * np.sqrt(v @ v) * v))
         value.set_value(forces)

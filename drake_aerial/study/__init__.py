@@ -1,1 +1,1 @@
-"""The study: conditions, campaign, records, statistics, figures, report."""
+"""Studies: plan, conditions, trials, records, workers. Numbers are in analysis, pages in report."""

@@ -9,14 +9,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from drake_aerial.contacts.solutions import ContactSolutions
 from drake_aerial.errors import InputError
-from drake_aerial.study.contacts import SPARE, ContactTask, FoundContacts, find_contacts, seen, taught
+from drake_aerial.study.contacts import (
+    SPARE,
+    ContactTask,
+    FoundContacts,
+    find_contacts,
+    seen,
+    taught,
+)
 from drake_aerial.study.plan import StudyPlan
 from drake_aerial.study.records import StudyFolder, read_records
 from drake_aerial.study.scans import write_scan
 from drake_aerial.study.trials import FlownTrial, TrialTask, fly_trial, plan_trials
 from drake_aerial.study.workers import Workers, hired
-from drake_aerial.transferring.solutions import ContactSolutions
 
 Progress = Callable[[float, str], None]
 _Found = dict[str, tuple[ContactSolutions | None, str | None]]
@@ -61,7 +68,10 @@ class StudySummary:
         }
 
     def __str__(self) -> str:
-        ends = ", ".join(f"{count} {outcome.replace('_', ' ')}" for outcome, count in sorted(self.outcomes.items()))
+        ends = ", ".join(
+            f"{count} {outcome.replace('_', ' ')}"
+            for outcome, count in sorted(self.outcomes.items())
+        )
         before = f" ({self.found} of them before)" if self.found else ""
         return (
             f"{self.found + self.flown} of {self.planned} records{before}: {ends or 'none'}\n"
@@ -113,7 +123,7 @@ def run_study(
     --------
     >>> import tempfile
     >>> from drake_aerial import Condition, StudyPlan, run_study
-    >>> from drake_aerial.control.trajectory import HoverTrajectory
+    >>> from drake_aerial.references.trajectory import HoverTrajectory
     >>> from drake_aerial.study.plan import Flights
     >>> middle = ("middle", ((0.0, 0.0, 0.14),))
     >>> held = Condition("held", "box_68x68x28", trajectory=HoverTrajectory(hover_time=1.0), contacts=(middle,))
@@ -150,7 +160,9 @@ def run_study(
             clock.passed(task)
         folder.sort([task.key for task in tasks])
         wall = time.perf_counter() - began
-        folder.note_timing({}, {"wall_s": round(wall, 1), "flights": flown, "workers": scheduler or workers})
+        folder.note_timing(
+            {}, {"wall_s": round(wall, 1), "flights": flown, "workers": scheduler or workers}
+        )
         records, complaints = read_records(folder.path)
     return StudySummary(
         folder=Path(out),
@@ -177,7 +189,9 @@ def _write_inputs(plan: StudyPlan, folder: StudyFolder) -> None:
                 taught(condition.demonstration).save(path)
 
 
-def _contacts(plan: StudyPlan, folder: StudyFolder, staff: Workers, report: Progress, errors: list[str]) -> _Found:
+def _contacts(
+    plan: StudyPlan, folder: StudyFolder, staff: Workers, report: Progress, errors: list[str]
+) -> _Found:
     """Return the contacts by name, from their files or found now, with the reason where there are none."""
     wanted: dict[str, ContactTask] = {}
     for arm in plan.arms():

@@ -11,14 +11,18 @@ from typing import Any
 
 import numpy as np
 
-from drake_aerial import model_files
-from drake_aerial.control.trajectory import Trajectory, TransportTrajectory
-from drake_aerial.control.trajectory_files import read_trajectory, trajectory_from_dict, trajectory_to_dict
 from drake_aerial.errors import InputError
+from drake_aerial.io import model_files
+from drake_aerial.io.strict_yaml import check_keys, nearest, number, numbers, shown
 from drake_aerial.plant.cable import KINDS as CABLES
 from drake_aerial.plant.payload import TABLE_INERTIA, Payload
-from drake_aerial.strict_yaml import check_keys, nearest, number, numbers, shown
-from drake_aerial.transport.flight_options import CONTROLLERS
+from drake_aerial.references.trajectory import Trajectory, TransportTrajectory
+from drake_aerial.references.trajectory_files import (
+    read_trajectory,
+    trajectory_from_dict,
+    trajectory_to_dict,
+)
+from drake_aerial.simulation.flight_options import CONTROLLERS
 
 VIEWS = ("full", "top", "partial")
 INERTIAS = ("table", "mesh", "file")
@@ -98,7 +102,9 @@ class Condition:
         if not self.name or not self.name.replace("_", "").isalnum():
             raise InputError(f"{where}: a name of letters, digits and underscores is accepted")
         if bool(self.contacts) == (self.demonstration is not None):
-            raise InputError(f"{where}: one of the keys 'demonstration' and 'contacts' must be given")
+            raise InputError(
+                f"{where}: one of the keys 'demonstration' and 'contacts' must be given"
+            )
         _one_of(self.view, VIEWS, f"{where}: view")
         _one_of(self.controller, tuple(CONTROLLERS), f"{where}: controller")
         _one_of(self.cable, CABLES, f"{where}: cable")
@@ -106,7 +112,9 @@ class Condition:
             raise InputError(f"{where}: the view 'partial' needs a viewpoint [x, y, z] in metres")
         for key in ("scan_noise", "flight_noise"):
             if getattr(self, key) < 0.0:
-                raise InputError(f"{where}: {key} is {getattr(self, key):g} m; zero or more accepted")
+                raise InputError(
+                    f"{where}: {key} is {getattr(self, key):g} m; zero or more accepted"
+                )
         if self.points < 100:
             raise InputError(f"{where}: points is {self.points}; at least 100 accepted")
 
@@ -126,7 +134,10 @@ class Condition:
         """
         check_keys(values, where, required=_REQUIRED, optional=_OPTIONAL)
         where = f"{where} {values['name']!r}"
-        given: dict[str, Any] = {"name": str(values["name"]), "title": str(values.get("title", values["name"]))}
+        given: dict[str, Any] = {
+            "name": str(values["name"]),
+            "title": str(values.get("title", values["name"])),
+        }
         given["payload"] = _file(values["payload"], "payloads", folder)
         if values.get("demonstration") is not None:
             given["demonstration"] = _file(values["demonstration"], "demonstrations", folder)
@@ -137,7 +148,9 @@ class Condition:
             if key in values:
                 given[key] = number(values[key], f"{where}: {key}")
         if values.get("viewpoint") is not None:
-            given["viewpoint"] = tuple(numbers(values["viewpoint"], (3,), f"{where}: viewpoint").tolist())
+            given["viewpoint"] = tuple(
+                numbers(values["viewpoint"], (3,), f"{where}: viewpoint").tolist()
+            )
         if "points" in values:
             given["points"] = int(number(values["points"], f"{where}: points"))
         if "trajectory" in values:
@@ -159,7 +172,11 @@ class Condition:
             "points": self.points,
             "trajectory": trajectory_to_dict(self.trajectory),
         }
-        values |= {"controller": self.controller, "cable": self.cable, "flight_noise": self.flight_noise}
+        values |= {
+            "controller": self.controller,
+            "cable": self.cable,
+            "flight_noise": self.flight_noise,
+        }
         if self.contacts:
             values["contacts"] = {label: [list(p) for p in sites] for label, sites in self.contacts}
         return values
@@ -167,7 +184,9 @@ class Condition:
     def fingerprint(self) -> str:
         """Return a hash of what the condition's files hold, so that another payload of the same name is another study's."""
         digest = hashlib.sha256(model_files.find("payloads", self.payload).read_bytes())
-        digest.update(np.ascontiguousarray(Payload.read(self.payload).vertices, dtype="<f8").tobytes())
+        digest.update(
+            np.ascontiguousarray(Payload.read(self.payload).vertices, dtype="<f8").tobytes()
+        )
         if self.demonstration is not None:
             digest.update(model_files.find("demonstrations", self.demonstration).read_bytes())
         return digest.hexdigest()
@@ -194,7 +213,9 @@ class Condition:
 
 def _one_of(value: str, accepted: tuple[str, ...], what: str) -> None:
     if value not in accepted:
-        raise InputError(f"{what} is {shown(value)}{nearest(value, accepted)}; accepted: {', '.join(accepted)}")
+        raise InputError(
+            f"{what} is {shown(value)}{nearest(value, accepted)}; accepted: {', '.join(accepted)}"
+        )
 
 
 def _file(value: Any, kind: str, folder: Path | None) -> str:
@@ -220,13 +241,17 @@ def _trajectory(value: Any, where: str, folder: Path | None) -> Trajectory:
 
 def _contacts(values: Any, where: str) -> tuple[tuple[str, Sites], ...]:
     if not isinstance(values, dict) or not values:
-        raise InputError(f"{where} should map labels to lists of positions [x, y, z], got {shown(values)}")
+        raise InputError(
+            f"{where} should map labels to lists of positions [x, y, z], got {shown(values)}"
+        )
     given = []
     for label, sites in values.items():
         if not str(label).replace("_", "").isalnum():
             raise InputError(f"{where}: label {label!r}; letters, digits and underscores accepted")
         if not isinstance(sites, list) or not sites:
-            raise InputError(f"{where}: {label} should be a list of positions [x, y, z], got {shown(sites)}")
+            raise InputError(
+                f"{where}: {label} should be a list of positions [x, y, z], got {shown(sites)}"
+            )
         points = [numbers(site, (3,), f"{where}: {label}") for site in sites]
         given.append((str(label), tuple((float(x), float(y), float(z)) for x, y, z in points)))
     return tuple(given)

@@ -10,17 +10,17 @@ from pathlib import Path
 
 import numpy as np
 
-import drake_aerial
+from drake_aerial._version import __version__
+from drake_aerial.cloud.point_cloud import PointCloud
+from drake_aerial.contacts.parameters import TransferParameters
+from drake_aerial.contacts.solutions import ContactSolutions, Solution
 from drake_aerial.errors import InputError, JobError
 from drake_aerial.geometry import Array, Pose, invert, quat_from_xz, rotate, transform
-from drake_aerial.learning.skill import ContactSkill
-from drake_aerial.perception.point_cloud import PointCloud
 from drake_aerial.plant.payload import Payload
+from drake_aerial.skill.contact_skill import ContactSkill
 from drake_aerial.study.conditions import Condition
 from drake_aerial.study.scans import scan
 from drake_aerial.study.seeds import seed_of
-from drake_aerial.transferring.parameters import TransferParameters
-from drake_aerial.transferring.solutions import ContactSolutions, Solution
 
 SPARE = 10
 """So many solutions more than are flown are asked for, since some may be infeasible."""
@@ -51,7 +51,7 @@ class ContactTask:
     method: str
     seed: int
     top: int
-    version: str = drake_aerial.__version__
+    version: str = __version__
 
     @property
     def name(self) -> str:
@@ -111,8 +111,8 @@ def seen(condition: Condition, seed: int) -> PointCloud:
 @lru_cache(maxsize=4)
 def taught(demonstration: str) -> ContactSkill:
     """Return the skill of a demonstration, or of a skill's .npz; the last few are kept."""
-    from drake_aerial.learning.demonstration import Demonstration
-    from drake_aerial.learning.learn import learn
+    from drake_aerial.skill.demonstration import Demonstration
+    from drake_aerial.skill.learn import learn
 
     if demonstration.endswith(".npz"):
         return ContactSkill.load(Path(demonstration))
@@ -134,7 +134,7 @@ def find_contacts(task: ContactTask) -> FoundContacts:
         contacts = _given(task)
     else:
         assert task.condition.demonstration is not None
-        from drake_aerial.transferring.transfer import transfer
+        from drake_aerial.contacts.transfer import transfer
 
         cloud = seen(task.condition, task.seed)
         try:
@@ -153,9 +153,9 @@ def find_contacts(task: ContactTask) -> FoundContacts:
 
 def check_version(version: str) -> None:
     """Raise InputError if a task comes from another version of the package."""
-    if version != drake_aerial.__version__:
+    if version != __version__:
         raise InputError(
-            f"this worker has drake_aerial {drake_aerial.__version__}, the study {version}; equal versions accepted"
+            f"this worker has drake_aerial {__version__}, the study {version}; equal versions accepted"
         )
 
 
@@ -173,7 +173,9 @@ def place(solution: Solution, payload: Payload) -> Placed:
         With its pose X_SP.
     """
     n = len(solution.X_SG.p)
-    points, normals, distance = payload.closest_point(transform(invert(payload.X_SP), solution.X_SG.p))
+    points, normals, distance = payload.closest_point(
+        transform(invert(payload.X_SP), solution.X_SG.p)
+    )
     points, normals = transform(payload.X_SP, points), rotate(payload.X_SP.q, normals)
     touches = distance <= _TOUCH
     obstacles = []

@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import drake_aerial
-from drake_aerial import model_files
+from drake_aerial._version import __version__
+from drake_aerial.contacts.parameters import METHODS
 from drake_aerial.errors import InputError
-from drake_aerial.strict_yaml import check_keys, nearest, number, read_mapping, shown
+from drake_aerial.io import model_files
+from drake_aerial.io.strict_yaml import check_keys, nearest, number, read_mapping, shown
+from drake_aerial.simulation.beliefs import BELIEFS
 from drake_aerial.study.conditions import DEFAULTABLE, INERTIAS, Condition
-from drake_aerial.transferring.parameters import METHODS
-from drake_aerial.transport.beliefs import BELIEFS
 
 _LISTS = ("conditions", "methods", "beliefs", "inertias")
 
@@ -112,8 +112,12 @@ class StudyPlan:
         conditions = []
         for entry in _entries(values["conditions"], f"{path}: conditions"):
             # What is given once for all does not ask a condition with contacts of its own for a demonstration.
-            own = {k: v for k, v in defaults.items() if k != "demonstration" or "contacts" not in entry}
-            conditions.append(Condition.from_dict({**own, **entry}, f"{path}: condition", path.parent))
+            own = {
+                k: v for k, v in defaults.items() if k != "demonstration" or "contacts" not in entry
+            }
+            conditions.append(
+                Condition.from_dict({**own, **entry}, f"{path}: condition", path.parent)
+            )
         flights = [
             _flights(entry, f"{path}: flights {k + 1}", conditions)
             for k, entry in enumerate(_entries(values["flights"], f"{path}: flights"))
@@ -121,7 +125,9 @@ class StudyPlan:
         seed = int(number(values.get("seed", 0), f"{path}: seed"))
         infeasible = values.get("fly_infeasible", False)
         if not isinstance(infeasible, bool):
-            raise InputError(f"{path}: fly_infeasible is {shown(infeasible)}; true or false accepted")
+            raise InputError(
+                f"{path}: fly_infeasible is {shown(infeasible)}; true or false accepted"
+            )
         return cls(
             name=str(values.get("name", path.stem)),
             conditions=tuple(conditions),
@@ -151,7 +157,7 @@ class StudyPlan:
         return {
             "name": self.name,
             "description": self.description,
-            "package_version": drake_aerial.__version__,
+            "package_version": __version__,
             "seed": self.seed,
             "fly_infeasible": self.fly_infeasible,
             "conditions": [condition.to_dict() for condition in self.conditions],
@@ -191,14 +197,20 @@ class StudyPlan:
         """
         given = {c.name for c in self.conditions if c.contacts}
         kept = _kept(conditions, [c.name for c in self.conditions], "conditions", self.name)
-        methods_kept = _kept(methods, _unique(m for part in self.flights for m in part.methods), "methods", self.name)
-        beliefs_kept = _kept(beliefs, _unique(b for part in self.flights for b in part.beliefs), "beliefs", self.name)
+        methods_kept = _kept(
+            methods, _unique(m for part in self.flights for m in part.methods), "methods", self.name
+        )
+        beliefs_kept = _kept(
+            beliefs, _unique(b for part in self.flights for b in part.beliefs), "beliefs", self.name
+        )
         parts: list[Flights] = []
         for part in self.flights:
             wanted = tuple(m for m in part.methods if m in methods_kept)
             part = replace(
                 part,
-                conditions=tuple(c for c in part.conditions if c in kept and (c in given or wanted)),
+                conditions=tuple(
+                    c for c in part.conditions if c in kept and (c in given or wanted)
+                ),
                 methods=wanted,
                 beliefs=tuple(b for b in part.beliefs if b in beliefs_kept),
                 solutions=part.solutions if solutions is None else solutions,
@@ -207,7 +219,9 @@ class StudyPlan:
             if part.conditions and part.beliefs:
                 parts.append(part)
         if not parts:
-            raise InputError(f"nothing is left of the plan {self.name!r}: it has no flights with all of these together")
+            raise InputError(
+                f"nothing is left of the plan {self.name!r}: it has no flights with all of these together"
+            )
         flown = {name for part in parts for name in part.conditions}
         return replace(
             self,
@@ -228,7 +242,9 @@ class StudyPlan:
                     for belief in part.beliefs:
                         for method in condition.labels or part.methods:
                             key = (condition.name, method, belief, inertia)
-                            arm = Arm(condition, method, belief, inertia, part.solutions, part.trials)
+                            arm = Arm(
+                                condition, method, belief, inertia, part.solutions, part.trials
+                            )
                             if key in found:
                                 old = found[key]
                                 arm = replace(
@@ -243,13 +259,16 @@ class StudyPlan:
     def count(self) -> int:
         """Largest number of flights that the plan asks for; `centroid` and given contacts have one solution."""
         return sum(
-            (1 if arm.condition.contacts or arm.method == "centroid" else arm.solutions) * arm.trials
+            (1 if arm.condition.contacts or arm.method == "centroid" else arm.solutions)
+            * arm.trials
             for arm in self.arms()
         )
 
 
 def _flights(values: Any, where: str, conditions: list[Condition]) -> Flights:
-    check_keys(values, where, required=("conditions",), optional=(*_LISTS[1:], "solutions", "trials"))
+    check_keys(
+        values, where, required=("conditions",), optional=(*_LISTS[1:], "solutions", "trials")
+    )
     accepted = {
         "conditions": tuple(c.name for c in conditions),
         "methods": tuple(METHODS),
@@ -269,14 +288,18 @@ def _flights(values: Any, where: str, conditions: list[Condition]) -> Flights:
         for name in names:
             if name not in accepted[key]:
                 near = nearest(name, accepted[key])
-                raise InputError(f"{where}: {key} has {name!r}{near}; accepted: {', '.join(accepted[key])}")
+                raise InputError(
+                    f"{where}: {key} has {name!r}{near}; accepted: {', '.join(accepted[key])}"
+                )
         given[key] = tuple(names)
         _no_doubles(list(given[key]), f"{where}: {key}")
     for key in ("solutions", "trials"):
         if key in values:
             count = number(values[key], f"{where}: {key}")
             if count != int(count) or count < 1:
-                raise InputError(f"{where}: {key} is {shown(values[key])}; a whole number from 1 is accepted")
+                raise InputError(
+                    f"{where}: {key} is {shown(values[key])}; a whole number from 1 is accepted"
+                )
             given[key] = int(count)
     if not given["methods"] and any(name in transferred for name in given["conditions"]):
         raise InputError(f"{where}: methods are missing; accepted: {', '.join(METHODS)}")
@@ -306,5 +329,7 @@ def _kept(wanted: Iterable[str] | None, known: list[str], what: str, plan: str) 
     for name in wanted:
         if name not in known:
             near = nearest(name, known)
-            raise InputError(f"the plan {plan!r} has no {what} {name!r}{near}; it has {', '.join(known) or 'none'}")
+            raise InputError(
+                f"the plan {plan!r} has no {what} {name!r}{near}; it has {', '.join(known) or 'none'}"
+            )
     return wanted

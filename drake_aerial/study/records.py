@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import yaml
 
-import drake_aerial
+from drake_aerial._version import __version__
 from drake_aerial.errors import InputError
-from drake_aerial.files import replacing, write_text
+from drake_aerial.io.files import replacing, write_text
 from drake_aerial.study.plan import StudyPlan
 from drake_aerial.study.trials import SCHEMA, VERSION, FlownTrial, Record
 
@@ -63,7 +63,10 @@ def _record(line: bytes) -> tuple[Record | None, str]:
         values = json.loads(line)
     except ValueError:
         return None, "is damaged or cut short"
-    if not isinstance(values, dict) or (values.get("schema"), values.get("version")) != (SCHEMA, VERSION):
+    if not isinstance(values, dict) or (values.get("schema"), values.get("version")) != (
+        SCHEMA,
+        VERSION,
+    ):
         return None, f"is no record of schema {SCHEMA} version {VERSION}"
     missing = [key for key in _NEEDED if key not in values]
     return (None, f"has no {missing[0]!r}") if missing else (values, "")
@@ -101,7 +104,9 @@ class StudyFolder:
                 # Held by the process, not by the file: whoever is killed lets go.
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError as error:
-                raise InputError(f"another study is writing to {path}; wait for it, or give another --out") from error
+                raise InputError(
+                    f"another study is writing to {path}; wait for it, or give another --out"
+                ) from error
             folder._claim(plan)
             folder._mend()
             yield folder
@@ -122,7 +127,9 @@ class StudyFolder:
             raise InputError(f"cannot read {path}: {' '.join(str(error).split())}") from error
         difference = _difference(theirs, ours, "")
         if difference is not None:
-            raise InputError(f"{self.path} holds another study: {difference}; give another --out, or the same plan")
+            raise InputError(
+                f"{self.path} holds another study: {difference}; give another --out, or the same plan"
+            )
 
     def _mend(self) -> None:
         """Cut off a last line without an end: its writer was killed, and its trial is flown again."""
@@ -170,7 +177,9 @@ class StudyFolder:
         text = "".join(json.dumps(by_key[key], allow_nan=False) + "\n" for key in keys)
         write_text(self.path / RECORDS, text)
 
-    def note_timing(self, transfers: dict[str, dict[str, float]], session: dict[str, Any] | None = None) -> None:
+    def note_timing(
+        self, transfers: dict[str, dict[str, float]], session: dict[str, Any] | None = None
+    ) -> None:
         """Add what transfers took, and a session's time, to timing.json."""
         path = self.path / TIMING
         try:
@@ -188,7 +197,9 @@ def _difference(theirs: Any, ours: Any, where: str) -> str | None:
     """Return the first place where two plans differ, in words, or None."""
     if isinstance(theirs, dict) and isinstance(ours, dict):
         for key in (*ours, *(k for k in theirs if k not in ours)):
-            found = _difference(theirs.get(key), ours.get(key), f"{where}.{key}" if where else str(key))
+            found = _difference(
+                theirs.get(key), ours.get(key), f"{where}.{key}" if where else str(key)
+            )
             if found is not None:
                 return found
         return None
@@ -202,7 +213,7 @@ def _difference(theirs: Any, ours: Any, where: str) -> str | None:
     if theirs == ours:
         return None
     if where == "package_version":
-        return f"it was flown by version {theirs}, this is {drake_aerial.__version__}"
+        return f"it was flown by version {theirs}, this is {__version__}"
     return f"{where} is {_short(theirs)} there, {_short(ours)} now"
 
 

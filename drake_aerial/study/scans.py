@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from drake_aerial.cloud.mesh_sampling import sample_surface
+from drake_aerial.cloud.partial_views import partial_view
+from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.errors import InputError
-from drake_aerial.files import replacing
 from drake_aerial.geometry import transform
-from drake_aerial.perception.mesh_sampling import sample_surface
-from drake_aerial.perception.point_cloud import PointCloud
-from drake_aerial.perception.views import partial_view
+from drake_aerial.io.files import replacing
 from drake_aerial.plant.payload import Payload
 from drake_aerial.study.conditions import Condition
 
@@ -49,7 +49,9 @@ def scan(condition: Condition, seed: int) -> PointCloud:
         points = partial_view(mesh, condition.viewpoint, noise=condition.scan_noise, rng=rng).points
         viewpoint = np.asarray(condition.viewpoint)
     else:
-        points = sample_surface(vertices, payload.faces.astype(np.int64), condition.points, seed=seed)
+        points = sample_surface(
+            vertices, payload.faces.astype(np.int64), condition.points, seed=seed
+        )
         viewpoint = None
         if condition.view == "top":
             points = points[points[:, 2] > points[:, 2].max() - _TOP]

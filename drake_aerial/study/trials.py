@@ -11,15 +11,15 @@ from typing import Any
 
 import numpy as np
 
-import drake_aerial
+from drake_aerial._version import __version__
+from drake_aerial.contacts.solutions import ContactSolutions, Solution
 from drake_aerial.errors import InputError, JobError
 from drake_aerial.geometry import Array, transform
+from drake_aerial.simulation.trial_result import TrialResult
 from drake_aerial.study.conditions import Condition
 from drake_aerial.study.contacts import check_version, place, seen
 from drake_aerial.study.plan import Arm
 from drake_aerial.study.seeds import seed_of
-from drake_aerial.transferring.solutions import ContactSolutions, Solution
-from drake_aerial.transport.trial_result import TrialResult
 
 SCHEMA = "drake_aerial/study_record"
 VERSION = 1
@@ -80,14 +80,12 @@ class TrialTask:
     trial: int
     seed: int
     obstacles: tuple[str, ...] = ()
-    version: str = drake_aerial.__version__
+    version: str = __version__
 
     @property
     def name(self) -> str:
         """What messages call it."""
-        return (
-            f"{self.condition.name} {self.method} {self.belief} {self.inertia} solution {self.rank} trial {self.trial}"
-        )
+        return f"{self.condition.name} {self.method} {self.belief} {self.inertia} solution {self.rank} trial {self.trial}"
 
     @property
     def group(self) -> str:
@@ -146,7 +144,7 @@ def plan_trials(
         Whether solutions are flown that something speaks against.
     """
     configuration = {
-        "version": drake_aerial.__version__,
+        "version": __version__,
         "condition": {k: v for k, v in arm.condition.to_dict().items() if k != "title"},
         "files": fingerprint,
         "method": arm.method,
@@ -155,16 +153,31 @@ def plan_trials(
         "seed": seed,
     }
 
-    def task(found: Solution | None, solution: int | None, trial: int, obstacles: tuple[str, ...]) -> TrialTask:
+    def task(
+        found: Solution | None, solution: int | None, trial: int, obstacles: tuple[str, ...]
+    ) -> TrialTask:
         rank = None if found is None else found.rank
         own = {**configuration, "rank": rank, "trial": trial, "flown": solution is not None}
         key = hashlib.sha256(json.dumps(own, sort_keys=True).encode()).hexdigest()[:24]
         flown = None
         if found is not None and contacts is not None:
-            fields = {name: getattr(contacts, name) for name in ("method", "seed", "skill", "cloud", "timing")}
+            fields = {
+                name: getattr(contacts, name)
+                for name in ("method", "seed", "skill", "cloud", "timing")
+            }
             flown = ContactSolutions(**fields, solutions=(found,))
         return TrialTask(
-            key, arm.condition, arm.method, arm.belief, arm.inertia, flown, solution, rank, trial, seed, obstacles
+            key,
+            arm.condition,
+            arm.method,
+            arm.belief,
+            arm.inertia,
+            flown,
+            solution,
+            rank,
+            trial,
+            seed,
+            obstacles,
         )
 
     if contacts is None:
@@ -240,7 +253,11 @@ def _fly(task: TrialTask) -> FlownTrial:
     positions = placed.solution.X_SG.p
     com = transform(payload.X_SP, payload.com)
     centre = positions.mean(axis=0)
-    record |= {"feasible": found.feasible, "reasons": list(found.reasons), "moved_m": placed.moved.tolist()}
+    record |= {
+        "feasible": found.feasible,
+        "reasons": list(found.reasons),
+        "moved_m": placed.moved.tolist(),
+    }
     record["contact"] = {
         "centre_S": centre.tolist(),
         "positions_S": positions.tolist(),
@@ -271,13 +288,16 @@ def _fly(task: TrialTask) -> FlownTrial:
 
 def _flight(task: TrialTask, solution: Solution, payload: Any) -> Any:
     """Return the flight of a task's group, prepared now or for the trial before."""
-    from drake_aerial.transport.trial import prepare_flight
+    from drake_aerial.simulation.trial import prepare_flight
 
     group = (task.group, json.dumps([task.seed, asdict(task.condition)], default=str))
     if _Hangar.group != group:
         _Hangar.group = _Hangar.flight = None
         assert task.contacts is not None
-        fields = {name: getattr(task.contacts, name) for name in ("method", "seed", "skill", "cloud", "timing")}
+        fields = {
+            name: getattr(task.contacts, name)
+            for name in ("method", "seed", "skill", "cloud", "timing")
+        }
         flight = prepare_flight(
             ContactSolutions(**fields, solutions=(solution,)),
             payload=payload,
@@ -309,7 +329,9 @@ def panel_series(result: TrialResult) -> Series:
     position = np.linalg.norm(series["payload_position"] - series["reference_position"], axis=1)
     velocity = np.linalg.norm(series["payload_velocity"] - series["reference_velocity"], axis=1)
     panels = {"time": series["time"], "position_error": position, "velocity_error": velocity}
-    panels |= {name: series[name] for name in ("attitude_error", "tilt", "thrust", "moment", "tension")}
+    panels |= {
+        name: series[name] for name in ("attitude_error", "tilt", "thrust", "moment", "tension")
+    }
     return {
         **{name: np.asarray(values, dtype=np.float32) for name, values in panels.items()},
         "phase": np.asarray(series["phase"], dtype=np.int8),

@@ -43,20 +43,26 @@ R = TypeVar("R")
 class Workers(Protocol):
     """Anything that does tasks."""
 
-    def run(self, function: Callable[[T], R], tasks: Sequence[T]) -> Iterator[tuple[T, R | Exception]]:
+    def run(
+        self, function: Callable[[T], R], tasks: Sequence[T]
+    ) -> Iterator[tuple[T, R | Exception]]:
         """Yield every task with its result, or with the error it raised, in the order in which they end."""
 
 
 class ThisProcess:
     """Does one task after the other, here."""
 
-    def run(self, function: Callable[[T], R], tasks: Sequence[T]) -> Iterator[tuple[T, R | Exception]]:
+    def run(
+        self, function: Callable[[T], R], tasks: Sequence[T]
+    ) -> Iterator[tuple[T, R | Exception]]:
         """Yield every task with its result, or with the error it raised."""
         for task in tasks:
             result: R | Exception
             try:
                 result = function(task)
-            except Exception as error:  # whatever a task raises is its result, as it is from a cluster
+            except (
+                Exception
+            ) as error:  # whatever a task raises is its result, as it is from a cluster
                 result = error
             yield task, result
 
@@ -74,7 +80,9 @@ class DaskWorkers:
     def __init__(self, client: Any):
         self._client = client
 
-    def run(self, function: Callable[[T], R], tasks: Sequence[T]) -> Iterator[tuple[T, R | Exception]]:
+    def run(
+        self, function: Callable[[T], R], tasks: Sequence[T]
+    ) -> Iterator[tuple[T, R | Exception]]:
         """Yield every task with its result, or with the error it raised, as they end.
 
         Raises
@@ -121,7 +129,9 @@ class DaskWorkers:
                     self._replace(address)
         except (OSError, CancelledError, FutureCancelledError, JobError) as error:
             why = " ".join(str(error).split()) or type(error).__name__
-            raise JobError(f"the cluster was lost ({why}); run the same command again to go on") from error
+            raise JobError(
+                f"the cluster was lost ({why}); run the same command again to go on"
+            ) from error
 
     def _replace(self, address: str) -> None:
         """Start a fresh process in a worker's place; one without a nanny stays as it is."""
@@ -150,7 +160,9 @@ class _Queue:
             taken = {g for a, g in self._of.items() if a != address}
             free = next((g for g in self._groups if g not in taken), None)
             # Near the end the longest group is shared.
-            group = free if free is not None else max(self._groups, key=lambda g: len(self._groups[g]))
+            group = (
+                free if free is not None else max(self._groups, key=lambda g: len(self._groups[g]))
+            )
             self._of[address] = group
         assert group is not None
         tasks = self._groups[group]
@@ -205,7 +217,9 @@ def hired(workers: int = 0, scheduler: str | None = None) -> Iterator[Workers]:
             try:
                 client = Client(scheduler, timeout=15, set_as_default=False)
             except (OSError, ValueError, TimeoutError) as error:
-                raise InputError(f"no Dask scheduler answers at {scheduler}: {_first_line(error)}") from error
+                raise InputError(
+                    f"no Dask scheduler answers at {scheduler}: {_first_line(error)}"
+                ) from error
             with client:
                 yield DaskWorkers(client)
             return
@@ -241,7 +255,9 @@ def default_workers() -> int:
     """Return as many workers as there are cores to use, or 0 where Dask is not installed or there is one core."""
     from importlib.util import find_spec
 
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    cores = (
+        len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    )
     return cores if cores > 1 and find_spec("distributed") is not None else 0
 
 

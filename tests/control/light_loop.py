@@ -6,11 +6,11 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import ConstantValueSource, ZeroOrderHold
 from scipy.spatial.transform import Rotation
-from test_allocation import CROSS
 
 from drake_aerial.control.attitude import AttitudeController
-from drake_aerial.control.payload_model import PayloadState, integrate
+from drake_aerial.dynamics.payload_model import PayloadState, integrate
 from drake_aerial.geometry import cross, quat_from_matrix
+from tests.control.test_allocation import CROSS
 
 QUADROTOR_INERTIA = np.diag([6e-4, 5e-4, 1e-3])
 
@@ -28,7 +28,11 @@ class LightPlant(LeafSystem):
         # The plant's state is kept beside the context: this one is for a single simulation in a test.
         self.DeclareDiscreteState(1)
         self.DeclarePeriodicDiscreteUpdateEvent(step, 0.0, self._advance)
-        for name, size in (("payload_state", 13), ("quadrotor_states", 13 * n), ("cable_directions", 6 * n)):
+        for name, size in (
+            ("payload_state", 13),
+            ("quadrotor_states", 13 * n),
+            ("cable_directions", 6 * n),
+        ):
             ticket = {self.all_state_ticket()}
             self.DeclareVectorOutputPort(name, size, getattr(self, "_" + name), ticket)
 
@@ -79,7 +83,11 @@ class Sensor(LeafSystem):
     def __init__(self, n, noise, seed, period=0.02):
         super().__init__()
         self.noise, self.rng = noise, np.random.default_rng(seed)
-        for name, size in (("payload_state", 13), ("quadrotor_states", 13 * n), ("cable_directions", 6 * n)):
+        for name, size in (
+            ("payload_state", 13),
+            ("quadrotor_states", 13 * n),
+            ("cable_directions", 6 * n),
+        ):
             self.DeclareVectorInputPort(name, size)
             index = self.DeclareDiscreteState(size)
             self.DeclareStateOutputPort(name, index)
@@ -131,7 +139,9 @@ def fly(
     propellers = propellers or [CROSS] * n
     builder = DiagramBuilder()
     plant = builder.AddSystem(LightPlant(truth, x, propellers, step))
-    sensor = None if sensor_period is None else builder.AddSystem(Sensor(n, noise, seed, sensor_period))
+    sensor = (
+        None if sensor_period is None else builder.AddSystem(Sensor(n, noise, seed, sensor_period))
+    )
     controller = builder.AddSystem(controller)
     attitude = builder.AddSystem(AttitudeController(propellers, QUADROTOR_INERTIA))
     source = builder.AddSystem(ConstantValueSource(AbstractValue.Make(reference)))
@@ -142,11 +152,17 @@ def fly(
             seen = sensor
         builder.Connect(seen.GetOutputPort(name), controller.GetInputPort(name))
     builder.Connect(source.get_output_port(), controller.GetInputPort("reference"))
-    builder.Connect(plant.GetOutputPort("quadrotor_states"), attitude.GetInputPort("quadrotor_states"))
-    builder.Connect(controller.GetOutputPort("thrust_vectors"), attitude.GetInputPort("thrust_vectors"))
+    builder.Connect(
+        plant.GetOutputPort("quadrotor_states"), attitude.GetInputPort("quadrotor_states")
+    )
+    builder.Connect(
+        controller.GetOutputPort("thrust_vectors"), attitude.GetInputPort("thrust_vectors")
+    )
     commands = attitude.GetOutputPort("propeller_commands")
     if hold is not None:
-        held = builder.AddSystem(ZeroOrderHold(hold, 4 * n, step))  # a step after the controller's tick at 0
+        held = builder.AddSystem(
+            ZeroOrderHold(hold, 4 * n, step)
+        )  # a step after the controller's tick at 0
         builder.Connect(commands, held.get_input_port())
         commands = held.get_output_port()
     builder.Connect(commands, plant.GetInputPort("commands"))

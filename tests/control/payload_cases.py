@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from drake_aerial.control.payload_model import PayloadState
-from drake_aerial.control.payload_parameters import PayloadModelParameters
+from drake_aerial.dynamics.payload_model import PayloadState
+from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
 from drake_aerial.geometry import matrix_from_quat, random_rotation
 
 

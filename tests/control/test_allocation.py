@@ -56,7 +56,9 @@ def test_thrust_makes_room_for_roll_and_pitch():
     assert saturated
     np.testing.assert_allclose(wrench[1:3], [0.1, -0.05], rtol=1e-9)
     assert wrench[0] < 7.0
-    got, _ = allocate(CROSS, 3.0, 3.0, 3.0, 0.0)  # more than the propellers have: same direction, less of it
+    got, _ = allocate(
+        CROSS, 3.0, 3.0, 3.0, 0.0
+    )  # more than the propellers have: same direction, less of it
     wrench = CROSS.wrench(got)
     assert wrench[1] == pytest.approx(wrench[2], rel=1e-9)
     assert 0.05 < wrench[1] < 3.0

@@ -3,11 +3,11 @@ import time
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from test_allocation import CROSS
 
 from drake_aerial.control.attitude import RATE_GAIN, ROTATION_GAIN, AttitudeController
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import random_rotation
+from tests.control.test_allocation import CROSS
 
 J = np.array([[6e-4, 2e-5, 0.0], [2e-5, 5e-4, 1e-5], [0.0, 1e-5, 1e-3]])
 
@@ -39,7 +39,9 @@ def test_the_law_for_several_quadrotors():
     rng = np.random.default_rng(2)
     n = 4
     states = np.zeros((n, 13))
-    states[:, :4] = [Rotation.from_rotvec(v).as_quat()[[3, 0, 1, 2]] for v in rng.normal(0, 0.05, (n, 3))]
+    states[:, :4] = [
+        Rotation.from_rotvec(v).as_quat()[[3, 0, 1, 2]] for v in rng.normal(0, 0.05, (n, 3))
+    ]
     states[:, 7:10] = rng.normal(0, 0.2, (n, 3))
     u = rng.normal(0.0, 0.1, (n, 3)) + [0.0, 0.0, 4.0]
     out = evaluate(AttitudeController([CROSS] * n, J), states, u)
@@ -96,4 +98,6 @@ def test_an_evaluation_is_fast_enough_for_500_hz():
         begin = time.perf_counter()
         port.Eval(context)
         seconds.append(time.perf_counter() - begin)
-    assert np.median(seconds) < 2e-4  # about 2.5e-5 on an idle core; the bound only catches a change of kind
+    assert (
+        np.median(seconds) < 2e-4
+    )  # about 2.5e-5 on an idle core; the bound only catches a change of kind

@@ -1,14 +1,15 @@
 import numpy as np
 import pytest
-from light_loop import fly, hanging
-from payload_cases import random_model
-from ticks import one_tick, port_values
 
 from drake_aerial.control.geometric import GeometricController, GeometricGains, cable_forces
-from drake_aerial.control.observation import PositionFilter, observe
-from drake_aerial.control.payload_model import PayloadState, derivative, retract
-from drake_aerial.control.payload_parameters import GRAVITY, PayloadModelParameters
-from drake_aerial.control.trajectory import HoverTrajectory, TransportTrajectory
+from drake_aerial.dynamics.payload_model import PayloadState, derivative, retract
+from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
+from drake_aerial.estimation.observation import PositionFilter, observe
+from drake_aerial.references.trajectory import HoverTrajectory, TransportTrajectory
+from drake_aerial.statics.gravity import GRAVITY
+from tests.control.light_loop import fly, hanging
+from tests.control.payload_cases import random_model
+from tests.control.ticks import one_tick, port_values
 
 INERTIA = np.diag([0.006, 0.0059, 0.0107])
 THREE = [[-0.154, -0.267, 0.011], [0.308, 0.0, 0.011], [-0.154, 0.267, 0.011]]
@@ -36,7 +37,9 @@ def test_hovering_quadrotors_carry_themselves_and_the_payload(n):
     if n > 1:  # cables along the desired forces, so that the law has nothing to correct
         mu, _ = cable_forces(model, GAINS, seen_from(model, x), HOVER.sample(0.0))
         x = x._replace(xi=-(mu / np.linalg.norm(mu, axis=1, keepdims=True))[None])
-    thrust = one_tick(GeometricController(model, position_filter=PositionFilter(0.0)), model, x, HOVER)
+    thrust = one_tick(
+        GeometricController(model, position_filter=PositionFilter(0.0)), model, x, HOVER
+    )
     np.testing.assert_allclose(thrust.sum(0), [0.0, 0.0, model.weight], atol=1e-9)
     rest = derivative(model, x._replace(F=thrust[None]), thrust[None])
     np.testing.assert_allclose(rest.a, 0.0, atol=1e-9)
@@ -99,10 +102,14 @@ def test_unequal_quadrotors_may_come_in_any_order():
 @pytest.mark.parametrize("contacts", [[[0.0, 0.0, 0.14]], THREE])
 def test_feed_forward_of_the_cable_rate_pays_on_a_circle(contacts):
     model = PayloadModelParameters(0.25, INERTIA, contacts)
-    circle = TransportTrajectory.airborne(start=(1.0, 0.0, 1.0), turns=1.0, circle_time=6.0, hover_time=0.5)
+    circle = TransportTrajectory.airborne(
+        start=(1.0, 0.0, 1.0), turns=1.0, circle_time=6.0, hover_time=0.5
+    )
     errors = []
     for feedforward in (False, True):
-        controller = GeometricController(model, feedforward=feedforward, position_filter=PositionFilter(0.0))
+        controller = GeometricController(
+            model, feedforward=feedforward, position_filter=PositionFilter(0.0)
+        )
         log = fly(controller, model, hanging(model, [1.0, 0.0, 1.0]), circle, 6.0)
         errors.append(np.sqrt((log["error"] ** 2).mean()))
     assert errors[1] < 0.12
@@ -117,7 +124,9 @@ def test_the_published_law_errs_as_two_independent_simulators_found():
     """
     model = PayloadModelParameters(0.25, INERTIA, THREE)
     circle = TransportTrajectory.airborne(start=(1.0, 0.0, 1.0), timing="constant", hover_time=2.0)
-    controller = GeometricController(model, period=0.01, offset=0.0, position_filter=PositionFilter(0.0))
+    controller = GeometricController(
+        model, period=0.01, offset=0.0, position_filter=PositionFilter(0.0)
+    )
     start = hanging(model, [1.0, 0.0, 1.0])
     log = fly(controller, model, start, circle, 13.0, sensor_period=None, step=0.002, hold=0.01)
     during = log["t"] < 12.0

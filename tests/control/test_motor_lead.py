@@ -5,12 +5,12 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
-from test_allocation import CROSS
 
 from drake_aerial.control.attitude import RATE_GAIN, ROTATION_GAIN
 from drake_aerial.control.motor_lead import RESPONSE, MotorLead
 from drake_aerial.errors import InputError
 from drake_aerial.plant.motor_lag import MotorLag
+from tests.control.test_allocation import CROSS
 
 STEP = 0.002
 
@@ -25,7 +25,9 @@ def respond(tau, wanted, begin, seconds, led=True):
     builder.Connect((lead if led else source).get_output_port(), lag.get_input_port())
     logs = [LogVectorOutput(system.get_output_port(), builder, STEP) for system in (lag, lead)]
     simulator = Simulator(builder.Build())
-    lead.set_speeds(lead.GetMyMutableContextFromRoot(simulator.get_mutable_context()), np.broadcast_to(begin, 4))
+    lead.set_speeds(
+        lead.GetMyMutableContextFromRoot(simulator.get_mutable_context()), np.broadcast_to(begin, 4)
+    )
     simulator.AdvanceTo(seconds)
     speed, command = (np.sqrt(log.FindLog(simulator.get_context()).data().T) for log in logs)
     return STEP * np.arange(len(speed)), speed, command
@@ -48,7 +50,9 @@ def test_large_changes_are_as_fast_as_the_limits_let_them_and_do_not_overshoot()
     assert command.max() == pytest.approx(high)
     assert ((command >= low - 1e-6) & (command <= high + 1e-6)).all()
     assert speed.max() <= wanted + 1e-6
-    assert (np.argmax(speed > 0.95 * wanted, axis=0) < np.argmax(alone > 0.95 * wanted, axis=0)).all()
+    assert (
+        np.argmax(speed > 0.95 * wanted, axis=0) < np.argmax(alone > 0.95 * wanted, axis=0)
+    ).all()
 
 
 def test_motors_faster_than_the_response_are_left_alone():

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from ticks import fix_inputs, one_tick, tick
 
 from drake_aerial.control.geometric import GeometricController
-from drake_aerial.control.mpc import PayloadMpc
-from drake_aerial.control.payload_model import PayloadState
-from drake_aerial.control.payload_parameters import PayloadModelParameters
+from drake_aerial.control.mpc.payload_mpc import PayloadMpc
 from drake_aerial.control.remaining_team import Losses
-from drake_aerial.control.trajectory import HoverTrajectory
+from drake_aerial.dynamics.payload_model import PayloadState
+from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
+from drake_aerial.references.trajectory import HoverTrajectory
+from tests.control.ticks import fix_inputs, one_tick, tick
 
 G = 9.81
 HOVER = HoverTrajectory()
@@ -30,7 +30,13 @@ def rest(model, p=(0.0, 0.0, 0.0)):
     zero, thrust = np.zeros((1, n, 3)), np.zeros((n, 3))
     thrust[:, 2] = G * (model.quadrotor_mass + model.mass / n)
     return PayloadState(
-        np.array([p]), np.zeros((1, 3)), np.eye(3)[None], np.zeros((1, 3)), down[None], zero, thrust[None]
+        np.array([p]),
+        np.zeros((1, 3)),
+        np.eye(3)[None],
+        np.zeros((1, 3)),
+        down[None],
+        zero,
+        thrust[None],
     )
 
 
@@ -84,7 +90,9 @@ def test_without_the_port_nothing_changes():
 
 
 def test_losses_come_back_from_memory_and_only_grow():
-    losses = Losses(np.array([False, True, False]), np.arange(9.0).reshape(3, 3), np.array([1.0, 2.0, 3.0]))
+    losses = Losses(
+        np.array([False, True, False]), np.arange(9.0).reshape(3, 3), np.array([1.0, 2.0, 3.0])
+    )
     again = Losses.unpack(losses.pack())
     assert (again.lost == losses.lost).all()
     assert (again.p_WQ == losses.p_WQ).all()

@@ -1,11 +1,12 @@
 import numpy as np
 import pytest
-from payload_cases import random_model
 
-from drake_aerial.control.observation import Observation
-from drake_aerial.control.payload_parameters import GRAVITY, PayloadModelParameters
 from drake_aerial.control.take_off import FlightPhase, TakeOff
-from drake_aerial.control.trajectory import TransportTrajectory
+from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
+from drake_aerial.estimation.observation import Observation
+from drake_aerial.references.trajectory import TransportTrajectory
+from drake_aerial.statics.gravity import GRAVITY
+from tests.control.payload_cases import random_model
 
 INERTIA = np.diag([0.006, 0.0059, 0.0107])
 REST = TransportTrajectory().sample(0.0)
@@ -17,7 +18,9 @@ def above(model, gap, p=(0.0, 0.0, 0.14), speed=0.0):
     p_WQ = p + model.p_LC + np.outer(np.broadcast_to(gap, model.n), [0.0, 0.0, 1.0])
     down = np.tile([0.0, 0.0, -1.0], (model.n, 1))
     zero = np.zeros((model.n, 3))
-    return Observation(p, np.zeros(3), np.eye(3), np.zeros(3), p_WQ, zero + [0, 0, speed], -down, down, zero)
+    return Observation(
+        p, np.zeros(3), np.eye(3), np.zeros(3), p_WQ, zero + [0, 0, speed], -down, down, zero
+    )
 
 
 def phases(model, take_off, story):
@@ -50,7 +53,9 @@ def test_the_phases_follow_from_what_is_seen():
 def test_a_payload_gripped_beside_its_centre_is_lifted_until_it_can_swing_free():
     model = PayloadModelParameters(0.25, INERTIA, [[0.2, 0.0, 0.14]])
     take_off = TakeOff()
-    swing = np.hypot(0.2, 0.14) - 0.14  # how far the contact rises over the CoM when it swings above it
+    swing = (
+        np.hypot(0.2, 0.14) - 0.14
+    )  # how far the contact rises over the CoM when it swings above it
     assert take_off.swing_height(model) >= swing
     centred = PayloadModelParameters(0.25, INERTIA, [[0.0, 0.0, 0.14]])
     assert take_off.swing_height(centred) == pytest.approx(0.0)
@@ -73,7 +78,9 @@ def test_a_hanging_payload_is_not_dropped_for_one_noisy_sample():
     ):
         seen = above(model, l - measured)
         assert take_off.next_phase(model, begin, 0.0, seen, False, noise)[0] == phase
-        assert take_off.next_phase(model, begin, 0.0, seen, True, noise)[0] == FlightPhase.TIGHTENING
+        assert (
+            take_off.next_phase(model, begin, 0.0, seen, True, noise)[0] == FlightPhase.TIGHTENING
+        )
 
 
 def test_tension_is_taken_over_in_a_ramp():

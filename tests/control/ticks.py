@@ -22,7 +22,9 @@ def port_values(model, x):
 
 def fix_inputs(controller, context, model, x, reference):
     for name, value in zip(
-        ("payload_state", "quadrotor_states", "cable_directions"), port_values(model, x), strict=True
+        ("payload_state", "quadrotor_states", "cable_directions"),
+        port_values(model, x),
+        strict=True,
     ):
         controller.GetInputPort(name).FixValue(context, value)
     controller.GetInputPort("reference").FixValue(context, AbstractValue.Make(reference))

@@ -40,7 +40,9 @@ def test_axial_kernel_integrates_to_one_over_the_sphere(sigma):
         z = np.array([np.sin(t), 0.0, np.cos(t)])
         return 2.0 * np.pi * np.sin(t) * np.exp(kernels.log_axis(z, mu, sigma))
 
-    assert quad(ring, 0.0, np.pi / 2)[0] + quad(ring, np.pi / 2, np.pi)[0] == pytest.approx(1.0, abs=1e-7)
+    assert quad(ring, 0.0, np.pi / 2)[0] + quad(ring, np.pi / 2, np.pi)[0] == pytest.approx(
+        1.0, abs=1e-7
+    )
 
 
 def test_theta_is_antipodally_symmetric():
@@ -56,7 +58,9 @@ def test_gaussian_is_the_product_of_its_components():
     rng = np.random.default_rng(2)
     x, mu = rng.normal(size=(5, 3)), rng.normal(size=(5, 3))
     one = np.exp(-((x - mu) ** 2) / (2 * 0.7**2)) / np.sqrt(2 * np.pi * 0.7**2)
-    np.testing.assert_allclose(np.exp(kernels.log_gaussian(x, mu, 0.7)), one.prod(axis=1), rtol=1e-12)
+    np.testing.assert_allclose(
+        np.exp(kernels.log_gaussian(x, mu, 0.7)), one.prod(axis=1), rtol=1e-12
+    )
 
 
 def test_bandwidth_is_the_angle_of_the_rotation_vector():

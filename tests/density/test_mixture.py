@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 from drake_aerial.density import mixture
-from drake_aerial.density.mixture import checked_weights, exponent_blocks, exponentiate, lift, lifted_gaussian
+from drake_aerial.density.mixture import (
+    checked_weights,
+    exponent_blocks,
+    exponentiate,
+    lift,
+    lifted_gaussian,
+)
 from drake_aerial.errors import InputError
 
 
@@ -67,7 +73,10 @@ def test_log_sums_neither_overflow_nor_underflow(kind, digits):
 def test_log_sums_far_below_and_above_every_exponent_that_can_be_taken_as_it_is():
     offsets = np.arange(-1100.0, 1100.0, 0.7)
     spread = np.array([0.0, -1.3, -40.0, -350.0])
-    points, coefficients = np.column_stack([offsets, np.ones_like(offsets)]), np.vstack([np.ones(4), spread])
+    points, coefficients = (
+        np.column_stack([offsets, np.ones_like(offsets)]),
+        np.vstack([np.ones(4), spread]),
+    )
     expected = offsets + np.logaddexp.reduce(spread)
     got = mixture.log_weighted_sums(points, coefficients, np.ones((4, 1)))[:, 0]
     np.testing.assert_allclose(got, expected, rtol=1e-14, atol=1e-14)

@@ -28,7 +28,9 @@ def test_equals_the_sum_of_its_kernels(axial):
     else:
         rotation = log_theta(x.q[:, None], k.q, 0.4)
     terms = np.log(density.weights) + log_gaussian(x.p[:, None], k.p, 0.03) + rotation
-    np.testing.assert_allclose(density.log_density(x), np.logaddexp.reduce(terms, axis=1), rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(
+        density.log_density(x), np.logaddexp.reduce(terms, axis=1), rtol=1e-9, atol=1e-9
+    )
 
 
 @pytest.mark.parametrize(("axial", "measure"), [(False, 2 * np.pi**2), (True, 4 * np.pi)])
@@ -48,7 +50,9 @@ def test_is_antipodally_symmetric():
     rng = np.random.default_rng(2)
     density = make(rng)
     x = density.sample(50, rng)
-    np.testing.assert_allclose(density.log_density(x), density.log_density(Pose(x.p, -x.q)), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(
+        density.log_density(x), density.log_density(Pose(x.p, -x.q)), rtol=0, atol=1e-12
+    )
 
 
 @pytest.mark.parametrize("axial", [False, True])
@@ -60,7 +64,9 @@ def test_gradients_equal_finite_differences(axial):
     np.testing.assert_allclose(value, density.log_density(x), rtol=1e-12)
     h = 1e-6
     for i, step in enumerate(h * np.eye(3)):
-        difference = density.log_density(Pose(x.p + step, x.q)) - density.log_density(Pose(x.p - step, x.q))
+        difference = density.log_density(Pose(x.p + step, x.q)) - density.log_density(
+            Pose(x.p - step, x.q)
+        )
         np.testing.assert_allclose(g_p[:, i], difference / (2 * h), rtol=1e-5, atol=1e-4)
         plus, minus = quat_multiply(quat_exp(step), x.q), quat_multiply(quat_exp(-step), x.q)
         difference = density.log_density(Pose(x.p, plus)) - density.log_density(Pose(x.p, minus))
@@ -115,7 +121,9 @@ def test_memory_is_bounded_however_many_poses():
 def test_single_precision_is_close():
     rng = np.random.default_rng(9)
     poses = Pose(rng.uniform(-0.5, 0.5, (200, 3)), random_rotation(rng, 200))
-    exact, single = (PoseDensity(poses, sigma_p=0.02, sigma_q=0.26, axial=True, single=s) for s in (False, True))
+    exact, single = (
+        PoseDensity(poses, sigma_p=0.02, sigma_q=0.26, axial=True, single=s) for s in (False, True)
+    )
     x = exact.sample(500, rng)
     np.testing.assert_allclose(single.log_density(x), exact.log_density(x), atol=5e-3)
 
@@ -155,10 +163,16 @@ def test_other_weights_of_the_same_kernels(axial):
     got = density.log_densities(grid, columns)
     assert got.shape == (2, 5, 3)
     for m in range(3):
-        alone = PoseDensity(density.kernels_at, columns[:, m], sigma_p=0.03, sigma_q=0.4, axial=axial)
+        alone = PoseDensity(
+            density.kernels_at, columns[:, m], sigma_p=0.03, sigma_q=0.4, axial=axial
+        )
         # Columns are taken as they are, a density's weights are scaled.
-        np.testing.assert_allclose(got[..., m], alone.log_density(grid) + np.log(columns[:, m].sum()), rtol=1e-9)
-    for got, flat in zip(density.log_density_and_gradient(grid), density.log_density_and_gradient(x)):
+        np.testing.assert_allclose(
+            got[..., m], alone.log_density(grid) + np.log(columns[:, m].sum()), rtol=1e-9
+        )
+    for got, flat in zip(
+        density.log_density_and_gradient(grid), density.log_density_and_gradient(x)
+    ):
         np.testing.assert_array_equal(got.reshape(flat.shape), flat)
         assert got.shape[:2] == (2, 5)
 

@@ -13,14 +13,20 @@ WIDE = Bandwidth(position=0.05, rotation=0.8, descriptor=0.3)
 
 def make(rng, n=6, bandwidth=WIDE):
     pose = Pose(rng.uniform(-0.1, 0.1, (n, 3)) + [1.0, 2.0, 3.0], random_rotation(rng, n))
-    return SurfaceDensity(pose, rng.normal(size=(n, 2)), rng.uniform(0.1, 1.0, n), bandwidth=bandwidth)
+    return SurfaceDensity(
+        pose, rng.normal(size=(n, 2)), rng.uniform(0.1, 1.0, n), bandwidth=bandwidth
+    )
 
 
 def test_integrates_to_one():
     rng = np.random.default_rng(0)
     density = make(rng, n=3)
-    lower = np.concatenate([density.pose.p.min(axis=0) - 0.18, density.descriptor.min(axis=0) - 1.0])
-    upper = np.concatenate([density.pose.p.max(axis=0) + 0.18, density.descriptor.max(axis=0) + 1.0])
+    lower = np.concatenate(
+        [density.pose.p.min(axis=0) - 0.18, density.descriptor.min(axis=0) - 1.0]
+    )
+    upper = np.concatenate(
+        [density.pose.p.max(axis=0) + 0.18, density.descriptor.max(axis=0) + 1.0]
+    )
     x = rng.uniform(lower, upper, (600_000, 5))
     values = np.exp(density.log_density(Pose(x[:, :3], random_rotation(rng, len(x))), x[:, 3:]))
     values *= np.prod(upper - lower) * 2 * np.pi**2
@@ -37,10 +43,14 @@ def test_gradients_equal_finite_differences():
     np.testing.assert_allclose(value, density.log_density(x, r), rtol=1e-12)
     h = 1e-6
     for i, step in enumerate(h * np.eye(3)):
-        difference = density.log_density(Pose(x.p + step, x.q), r) - density.log_density(Pose(x.p - step, x.q), r)
+        difference = density.log_density(Pose(x.p + step, x.q), r) - density.log_density(
+            Pose(x.p - step, x.q), r
+        )
         np.testing.assert_allclose(g_p[:, i], difference / (2 * h), rtol=1e-5, atol=1e-4)
         plus, minus = quat_multiply(quat_exp(step), x.q), quat_multiply(quat_exp(-step), x.q)
-        difference = density.log_density(Pose(x.p, plus), r) - density.log_density(Pose(x.p, minus), r)
+        difference = density.log_density(Pose(x.p, plus), r) - density.log_density(
+            Pose(x.p, minus), r
+        )
         np.testing.assert_allclose(g_q[:, i], difference / (2 * h), rtol=1e-5, atol=1e-4)
     for i, step in enumerate(h * np.eye(2)):
         difference = density.log_density(x, r + step) - density.log_density(x, r - step)
@@ -50,7 +60,9 @@ def test_gradients_equal_finite_differences():
 def test_samples_follow_the_density():
     rng = np.random.default_rng(2)
     wide = make(rng, n=4)
-    narrow = SurfaceDensity(wide.pose, wide.descriptor, wide.weights, bandwidth=Bandwidth(0.035, 0.6, 0.22))
+    narrow = SurfaceDensity(
+        wide.pose, wide.descriptor, wide.weights, bandwidth=Bandwidth(0.035, 0.6, 0.22)
+    )
     x, r = wide.sample(40_000, rng)
     ratio = np.exp(narrow.log_density(x, r) - wide.log_density(x, r))
     assert ratio.std() / np.sqrt(len(ratio)) < 0.03
@@ -75,13 +87,23 @@ def test_kernels_are_drawn_by_their_likelihood_of_the_descriptor():
     square = np.sum((density.descriptor - r) ** 2, axis=1)
     expected = density.weights * np.exp(-square / (2 * 0.3**2))
     drawn = density.sample_kernels(np.broadcast_to(r, (20_000, 2)), rng)
-    np.testing.assert_allclose(np.bincount(drawn, minlength=3) / 20_000, expected / expected.sum(), atol=0.015)
+    np.testing.assert_allclose(
+        np.bincount(drawn, minlength=3) / 20_000, expected / expected.sum(), atol=0.015
+    )
 
 
 def one_by_one(density, x, r):
     b, k = density.bandwidth, density.pose
-    position, rotation = log_gaussian(x.p[:, None], k.p, b.position), log_theta(x.q[:, None], k.q, b.rotation)
-    terms = np.log(density.weights) + position + rotation + log_gaussian(r[:, None], density.descriptor, b.descriptor)
+    position, rotation = (
+        log_gaussian(x.p[:, None], k.p, b.position),
+        log_theta(x.q[:, None], k.q, b.rotation),
+    )
+    terms = (
+        np.log(density.weights)
+        + position
+        + rotation
+        + log_gaussian(r[:, None], density.descriptor, b.descriptor)
+    )
     return np.logaddexp.reduce(terms, axis=1)
 
 
@@ -91,13 +113,18 @@ def test_equals_the_sum_of_its_kernels_anywhere(place):
     rng = np.random.default_rng(5)
     near = make(rng, bandwidth=Bandwidth(0.03, 0.4, 0.2))
     density = SurfaceDensity(
-        Pose(near.pose.p + place, near.pose.q), near.descriptor, 7.0 * near.weights, bandwidth=near.bandwidth
+        Pose(near.pose.p + place, near.pose.q),
+        near.descriptor,
+        7.0 * near.weights,
+        bandwidth=near.bandwidth,
     )
     assert len(density) == 6
     np.testing.assert_allclose(density.weights.sum(), 1.0)
     x, r = density.sample(30, rng)
     x = Pose(x.p + 0.05 * rng.standard_normal((30, 3)), x.q)
-    np.testing.assert_allclose(density.log_density(x, r), one_by_one(density, x, r), rtol=1e-9, atol=1e-8)
+    np.testing.assert_allclose(
+        density.log_density(x, r), one_by_one(density, x, r), rtol=1e-9, atol=1e-8
+    )
     value, *_ = density.log_density_and_gradient(x, r)
     np.testing.assert_allclose(value, one_by_one(density, x, r), rtol=1e-9, atol=1e-8)
 
@@ -107,11 +134,17 @@ def test_shapes_are_those_of_what_is_asked():
     density = make(rng)
     x, r = density.sample(6, rng)
     grid, places = Pose(x.p.reshape(2, 3, 3), x.q.reshape(2, 3, 4)), r.reshape(2, 3, 2)
-    np.testing.assert_array_equal(density.log_density(grid, places).ravel(), density.log_density(x, r))
-    for got, flat in zip(density.log_density_and_gradient(grid, places), density.log_density_and_gradient(x, r)):
+    np.testing.assert_array_equal(
+        density.log_density(grid, places).ravel(), density.log_density(x, r)
+    )
+    for got, flat in zip(
+        density.log_density_and_gradient(grid, places), density.log_density_and_gradient(x, r)
+    ):
         np.testing.assert_array_equal(got, flat.reshape(got.shape))
         assert got.shape[:2] == (2, 3)
-    np.testing.assert_array_equal(density.log_descriptor_density(places).ravel(), density.log_descriptor_density(r))
+    np.testing.assert_array_equal(
+        density.log_descriptor_density(places).ravel(), density.log_descriptor_density(r)
+    )
     assert density.log_descriptor_density(r[0]).shape == ()
 
 
@@ -119,7 +152,9 @@ def test_the_descriptors_marginal_is_the_sum_of_its_gaussians():
     rng = np.random.default_rng(7)
     density, r = make(rng), rng.normal(size=(50, 2))
     terms = np.log(density.weights) + log_gaussian(r[:, None], density.descriptor, 0.3)
-    np.testing.assert_allclose(density.log_descriptor_density(r), np.logaddexp.reduce(terms, axis=1), rtol=1e-9)
+    np.testing.assert_allclose(
+        density.log_descriptor_density(r), np.logaddexp.reduce(terms, axis=1), rtol=1e-9
+    )
 
 
 def test_samples_have_the_bandwidths_of_their_kernel():
@@ -141,7 +176,9 @@ def test_kernels_of_no_weight_are_never_drawn():
     pose = Pose(np.zeros((4, 3)), np.tile([1.0, 0, 0, 0], (4, 1)))
     density = SurfaceDensity(pose, np.zeros((4, 2)), [0.0, 1.0, 3.0, 0.0])
     drawn = density.sample_kernels(np.zeros((8000, 2)), rng)
-    np.testing.assert_allclose(np.bincount(drawn, minlength=4) / 8000, [0, 0.25, 0.75, 0], atol=0.02)
+    np.testing.assert_allclose(
+        np.bincount(drawn, minlength=4) / 8000, [0, 0.25, 0.75, 0], atol=0.02
+    )
 
 
 @pytest.mark.parametrize("name", ["position", "rotation", "descriptor"])

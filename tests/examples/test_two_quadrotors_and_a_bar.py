@@ -29,7 +29,11 @@ def test_the_bar_ends_where_the_springs_hold_the_weight():
 
 def test_it_runs_as_a_program():
     done = subprocess.run(
-        [sys.executable, str(EXAMPLE)], capture_output=True, text=True, timeout=120, env={**os.environ}
+        [sys.executable, str(EXAMPLE)],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        env={**os.environ},
     )
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.startswith("the bar is at [")

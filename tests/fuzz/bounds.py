@@ -57,7 +57,12 @@ def fuzzed(check, *strategies, short, long):
     """Return two tests of `check`: with `short` inputs, the same each time, and with `long` ones, under the marker `fuzz`."""
 
     def make(count):
-        common = {"deadline": None, "derandomize": True, "database": None, "suppress_health_check": list(HealthCheck)}
+        common = {
+            "deadline": None,
+            "derandomize": True,
+            "database": None,
+            "suppress_health_check": list(HealthCheck),
+        }
 
         @settings(max_examples=count, **common)
         @given(st.tuples(*strategies))

@@ -35,7 +35,9 @@ SCALARS = st.one_of(
 )
 VALUES = st.recursive(
     SCALARS,
-    lambda inner: st.one_of(st.lists(inner, max_size=4), st.dictionaries(st.text(max_size=8), inner, max_size=4)),
+    lambda inner: st.one_of(
+        st.lists(inner, max_size=4), st.dictionaries(st.text(max_size=8), inner, max_size=4)
+    ),
     max_leaves=8,
 )
 
@@ -62,7 +64,9 @@ def points(draw):
         p = np.zeros((0, 3))
     else:
         p = rng.uniform(-0.3, 0.3, (count, 3))
-    p = np.array(p, float) * draw(st.sampled_from(UNITS)) + draw(st.sampled_from([0.0, 0.0, 1e3, 1e12]))
+    p = np.array(p, float) * draw(st.sampled_from(UNITS)) + draw(
+        st.sampled_from([0.0, 0.0, 1e3, 1e12])
+    )
     if len(p) and draw(st.booleans()):
         bad = rng.random(len(p)) < draw(st.sampled_from([0.01, 0.5, 1.0]))
         p[bad] = draw(st.sampled_from([np.nan, np.inf, -np.inf, 1e308, 0.0]))
@@ -73,7 +77,9 @@ def points(draw):
 
 def ply(p, *, binary, faces=()):
     kind = "binary_little_endian" if binary else "ascii"
-    head = f"ply\nformat {kind} 1.0\nelement vertex {len(p)}\n" + "".join(f"property float {a}\n" for a in "xyz")
+    head = f"ply\nformat {kind} 1.0\nelement vertex {len(p)}\n" + "".join(
+        f"property float {a}\n" for a in "xyz"
+    )
     if len(faces):
         head += f"element face {len(faces)}\nproperty list uchar int vertex_indices\n"
     head += "end_header\n"
@@ -81,7 +87,9 @@ def ply(p, *, binary, faces=()):
         with np.errstate(all="ignore"):
             body = p.astype("<f4").tobytes()
         return head.encode() + body + b"".join(struct.pack("<Biii", 3, *map(int, f)) for f in faces)
-    rows = [" ".join(map(repr, map(float, row))) for row in p] + ["3 " + " ".join(map(str, f)) for f in faces]
+    rows = [" ".join(map(repr, map(float, row))) for row in p] + [
+        "3 " + " ".join(map(str, f)) for f in faces
+    ]
     return (head + "\n".join(rows) + "\n").encode()
 
 
@@ -91,17 +99,25 @@ def pcd(p, *, binary):
         f"WIDTH {len(p)}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {len(p)}\nDATA {'binary' if binary else 'ascii'}\n"
     )
     with np.errstate(all="ignore"):
-        body = p.astype("<f4").tobytes() if binary else "\n".join(" ".join(map(str, row)) for row in p).encode()
+        body = (
+            p.astype("<f4").tobytes()
+            if binary
+            else "\n".join(" ".join(map(str, row)) for row in p).encode()
+        )
     return head.encode() + body
 
 
 def obj(p, faces):
     rows = ["mtllib ../../../etc/passwd"] + [f"v {x} {y} {z}" for x, y, z in p]
-    return ("\n".join(rows + ["f " + " ".join(str(i + 1) for i in f) for f in faces]) + "\n").encode()
+    return (
+        "\n".join(rows + ["f " + " ".join(str(i + 1) for i in f) for f in faces]) + "\n"
+    ).encode()
 
 
 def stl(p, faces):
-    body = b"".join(struct.pack("<12fH", 0, 0, 1, *np.clip(p[list(f)], -1e30, 1e30).ravel(), 0) for f in faces)
+    body = b"".join(
+        struct.pack("<12fH", 0, 0, 1, *np.clip(p[list(f)], -1e30, 1e30).ravel(), 0) for f in faces
+    )
     return b"\0" * 80 + struct.pack("<I", len(faces)) + body
 
 
@@ -127,7 +143,10 @@ def header_of(shape, descr="<f8"):
 def bomb(name="points.npy", gigabytes=3):
     """An archive of a few megabytes at most that unpacks to many more."""
     file = io.BytesIO()
-    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive, archive.open(name, "w") as member:
+    with (
+        zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive,
+        archive.open(name, "w") as member,
+    ):
         block = header_of((gigabytes * 2**27 // 3, 3)) + bytes(2**20)
         member.write(block)
     data = bytearray(file.getvalue())
@@ -165,8 +184,12 @@ def damage(draw, data):
     if how == "zero":
         return data[:at] + bytes(len(data) - at)
     # Numbers in headers are what readers believe.
-    old = draw(st.sampled_from([b"0", b"1", b"vertex", b"float", b"3 ", b"POINTS", b"<f8", b"schema"]))
-    new = draw(st.sampled_from([b"99999999999", b"-1", b"nan", b"", b"double", b"\xff\xfe", b"1e400"]))
+    old = draw(
+        st.sampled_from([b"0", b"1", b"vertex", b"float", b"3 ", b"POINTS", b"<f8", b"schema"])
+    )
+    new = draw(
+        st.sampled_from([b"99999999999", b"-1", b"nan", b"", b"double", b"\xff\xfe", b"1e400"])
+    )
     return data.replace(old, new, draw(st.integers(1, 3)))
 
 
@@ -187,12 +210,14 @@ def cloud_files(draw):
     if special == 4:
         return ".npz", bomb()
     if special == 5:
-        return draw(st.sampled_from([".ply", ".pcd", ".obj", ".stl", ".npy", ".npz", ".xyz", ""])), draw(
-            st.binary(max_size=300)
-        )
+        return draw(
+            st.sampled_from([".ply", ".pcd", ".obj", ".stl", ".npy", ".npz", ".xyz", ""])
+        ), draw(st.binary(max_size=300))
     p = draw(points())
     faces = [(i, i + 1, i + 2) for i in range(0, len(p) - 2, draw(st.integers(1, 3)))][:200]
-    kind = draw(st.sampled_from(["ply", "plyb", "pcd", "pcdb", "obj", "stl", "npy", "npz", "npyi", "mesh"]))
+    kind = draw(
+        st.sampled_from(["ply", "plyb", "pcd", "pcdb", "obj", "stl", "npy", "npz", "npyi", "mesh"])
+    )
     if kind in ("ply", "plyb", "mesh"):
         suffix, data = ".ply", ply(p, binary=kind == "plyb", faces=faces if kind == "mesh" else ())
     elif kind in ("pcd", "pcdb"):
@@ -203,13 +228,25 @@ def cloud_files(draw):
         suffix, data = ".stl", stl(p, faces)
     elif kind == "npz":
         names = draw(
-            st.sampled_from([{"points": p}, {"points": p, "viewpoint": np.array([0.0, 0, 3])}, {"xyz": p}, {}])
+            st.sampled_from(
+                [{"points": p}, {"points": p, "viewpoint": np.array([0.0, 0, 3])}, {"xyz": p}, {}]
+            )
         )
         suffix, data = ".npz", npz(**names)
     elif kind == "npyi":
         with np.errstate(all="ignore"):
             other = draw(
-                st.sampled_from([p.astype("f2"), p.T, p[:, :2], p[None], p.astype(str), p.astype(complex), p.ravel()])
+                st.sampled_from(
+                    [
+                        p.astype("f2"),
+                        p.T,
+                        p[:, :2],
+                        p[None],
+                        p.astype(str),
+                        p.astype(complex),
+                        p.ravel(),
+                    ]
+                )
             )
         suffix, data = ".npy", npy(other)
     else:

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from bounds import bounded, fuzzed
-from hostile import bomb
 from hypothesis import strategies as st
 
 from drake_aerial import PointCloud, read_skill, transfer
 from drake_aerial.cli import main
+from tests.fuzz.bounds import bounded, fuzzed
+from tests.fuzz.hostile import bomb
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +33,9 @@ def make_world():
     box.export(folder / "box.stl")
     skill = read_skill("flat")
     skill.save(folder / "flat.npz")
-    transfer(skill, PointCloud.read(folder / "scan.npy"), method="centroid").write(folder / "contacts.json")
+    transfer(skill, PointCloud.read(folder / "scan.npy"), method="centroid").write(
+        folder / "contacts.json"
+    )
     (folder / "hover.yaml").write_text("{kind: hover, hover_time: 0.2}\n")
     (folder / "elastic.yaml").write_text("{kind: elastic}\n")
     (folder / "bad.yaml").write_text("lenght: 1\n")
@@ -129,7 +131,10 @@ VERBS = {
     "report": (["@"], []),
     "defaults": (["w"], ["--kind w", "--out o"]),
     "demonstrate": (["@"], ["--out o", "--at n n n", "--cable-length n", "--name w"]),
-    "study": ([], ["--out o", "--plan f", "--conditions w", "--methods m", "--solutions n", "--workers 0"]),
+    "study": (
+        [],
+        ["--out o", "--plan f", "--conditions w", "--methods m", "--solutions n", "--workers 0"],
+    ),
 }
 WORDS = ["cable", "controller", "station", "mpc", "elastic", "A", "", "\n", "--", "x" * 200, "é"]
 METHODS = ["task", "paper", "kopicki", "centroid", "control", "best"]
@@ -168,7 +173,10 @@ def command_lines(draw):
     if verb == "fly" and "--trajectory" not in words:
         words += ["--trajectory", "hover.yaml"]
     if verb == "demonstrate" and "--at" not in words:
-        words += ["--at", *[draw(st.sampled_from(NUMBERS)) for _ in range(3)]]  # without it a page waits for clicks
+        words += [
+            "--at",
+            *[draw(st.sampled_from(NUMBERS)) for _ in range(3)],
+        ]  # without it a page waits for clicks
     if verb == "study" and "--plan" not in words:
         words += ["--plan", draw(st.sampled_from(["bad.yaml", "tags.yaml", "nowhere.yaml"]))]
     if verb == "transfer" and "--method" not in words:
@@ -184,7 +192,12 @@ def check_command_line(words):
         WORLD.append(make_world())
     world, before = WORLD[0], set(WORLD[0].rglob("*"))
     stdout, stderr = io.StringIO(), io.StringIO()
-    with contextlib.chdir(world), contextlib.redirect_stdout(stdout), contextlib.redirect_stderr(stderr), bounded():
+    with (
+        contextlib.chdir(world),
+        contextlib.redirect_stdout(stdout),
+        contextlib.redirect_stderr(stderr),
+        bounded(),
+    ):
         try:
             code = main(words)
         except SystemExit as end:  # argparse
@@ -207,4 +220,6 @@ def check_command_line(words):
         path.rmdir() if path.is_dir() else path.unlink()
 
 
-test_command_lines, test_command_lines_many = fuzzed(check_command_line, command_lines(), short=80, long=2000)
+test_command_lines, test_command_lines_many = fuzzed(
+    check_command_line, command_lines(), short=80, long=2000
+)

@@ -7,8 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from bounds import bounded, ends_well, fuzzed
-from hostile import HOSTILE_YAML, Opened, bomb, cloud_files, damage, documents, header_of, npz, points
 from hypothesis import strategies as st
 
 from drake_aerial import (
@@ -21,14 +19,26 @@ from drake_aerial import (
     StudyPlan,
     TrialResult,
     compute_features,
-    model_files,
     read_parameters,
     read_skill,
     transfer,
 )
 from drake_aerial.configuration import NOUNS, defaults_text
-from drake_aerial.control.trajectory_files import read_trajectory
-from drake_aerial.drawing.views import write_view
+from drake_aerial.io import model_files
+from drake_aerial.references.trajectory_files import read_trajectory
+from drake_aerial.visualization.views import write_view
+from tests.fuzz.bounds import bounded, ends_well, fuzzed
+from tests.fuzz.hostile import (
+    HOSTILE_YAML,
+    Opened,
+    bomb,
+    cloud_files,
+    damage,
+    documents,
+    header_of,
+    npz,
+    points,
+)
 
 
 def written(name, content):
@@ -48,7 +58,9 @@ def check_cloud_file(drawn):
             assert np.isfinite(features.r).all()
 
 
-test_cloud_files, test_cloud_files_many = fuzzed(check_cloud_file, cloud_files(), short=60, long=4000)
+test_cloud_files, test_cloud_files_many = fuzzed(
+    check_cloud_file, cloud_files(), short=60, long=4000
+)
 
 
 def check_array(p):
@@ -76,7 +88,10 @@ def check_demonstration(document):
 
 
 test_demonstrations, test_demonstrations_many = fuzzed(
-    check_demonstration, st.one_of(documents(GOOD["flat"]), documents(GOOD["bar"])), short=30, long=1000
+    check_demonstration,
+    st.one_of(documents(GOOD["flat"]), documents(GOOD["bar"])),
+    short=30,
+    long=1000,
 )
 
 
@@ -85,7 +100,10 @@ def check_payload(document):
 
 
 test_payloads, test_payloads_many = fuzzed(
-    check_payload, st.one_of(documents(GOOD["box_68x61x28"]), documents(GOOD["bunny"])), short=30, long=1000
+    check_payload,
+    st.one_of(documents(GOOD["box_68x61x28"]), documents(GOOD["bunny"])),
+    short=30,
+    long=1000,
 )
 
 PLAN = yaml.safe_load((model_files.models_dir() / "studies" / "paper.yaml").read_text())
@@ -134,7 +152,9 @@ def skill():
 
 
 @pytest.mark.parametrize("text", HOSTILE_YAML, ids=range(len(HOSTILE_YAML)))
-@pytest.mark.parametrize("read", [Demonstration.read, Payload.read, StudyPlan.read, read_trajectory])
+@pytest.mark.parametrize(
+    "read", [Demonstration.read, Payload.read, StudyPlan.read, read_trajectory]
+)
 def test_hostile_yaml_is_refused_in_one_line(read, text):
     with bounded(), pytest.raises(InputError) as refused:
         read(written("hostile.yaml", text))
@@ -180,9 +200,13 @@ def _skills(good, count):
             elif kind == 3:
                 changed[name] = value[..., :-1] if value.ndim else np.array(10**9)
             elif kind == 4:
-                changed[name] = np.full(value.shape, np.nan) if value.dtype.kind == "f" else np.array(-1)
+                changed[name] = (
+                    np.full(value.shape, np.nan) if value.dtype.kind == "f" else np.array(-1)
+                )
             elif kind == 5:
-                changed[name] = np.array(json.dumps({"grippers": 10**9, "parameters": [], "rho": "x"}))
+                changed[name] = np.array(
+                    json.dumps({"grippers": 10**9, "parameters": [], "rho": "x"})
+                )
             else:
                 changed[name] = np.arange(5)
             content = npz(**changed)

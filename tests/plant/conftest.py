@@ -17,7 +17,7 @@ from drake_aerial.plant.gripper import GripperParameters, add_gripper
 from drake_aerial.plant.payload import TABLE_INERTIA, Payload
 from drake_aerial.plant.payload_body import add_payload
 from drake_aerial.plant.quadrotor import QuadrotorParameters, add_quadrotor, connect_propellers
-from drake_aerial.plant.scene import ELASTIC_TIME_STEP, TIME_STEP, add_ground, add_plant
+from drake_aerial.plant.world import ELASTIC_TIME_STEP, TIME_STEP, add_ground, add_plant
 
 
 @dataclass
@@ -34,9 +34,19 @@ class Rig:
         self.root = self.simulator.get_mutable_context()
         self.context = self.plant.GetMyMutableContextFromRoot(self.root)
 
-    def place(self, p_payload, p_quadrotor, rpy=(0, 0, 0), v_payload=(0, 0, 0), v_quadrotor=(0, 0, 0), w=(0, 0, 0)):
+    def place(
+        self,
+        p_payload,
+        p_quadrotor,
+        rpy=(0, 0, 0),
+        v_payload=(0, 0, 0),
+        v_quadrotor=(0, 0, 0),
+        w=(0, 0, 0),
+    ):
         plant, context = self.plant, self.context
-        plant.SetFreeBodyPose(context, self.payload.body, RigidTransform(np.asarray(p_payload, float)))
+        plant.SetFreeBodyPose(
+            context, self.payload.body, RigidTransform(np.asarray(p_payload, float))
+        )
         X_WQ = RigidTransform(RollPitchYaw(rpy), np.asarray(p_quadrotor, float))
         plant.SetFreeBodyPose(context, self.quadrotor.body, X_WQ)
         V = SpatialVelocity(w=np.asarray(w, float), v=np.asarray(v_payload, float))
@@ -77,10 +87,16 @@ def rig():
             add_ground(plant)
         if not gravity:
             plant.mutable_gravity_field().set_gravity_vector(np.zeros(3))
-        payload = Payload.from_box([0.68, 0.61, 0.28], inertia=TABLE_INERTIA) if payload is None else payload
+        payload = (
+            Payload.from_box([0.68, 0.61, 0.28], inertia=TABLE_INERTIA)
+            if payload is None
+            else payload
+        )
         body = add_payload(plant, payload)
         quadrotor = add_quadrotor(plant)
-        gripper = add_gripper(plant, body, p_LC, normal, GripperParameters(holding_force=holding_force))
+        gripper = add_gripper(
+            plant, body, p_LC, normal, GripperParameters(holding_force=holding_force)
+        )
         added = add_cable(plant, quadrotor, gripper, CableParameters(kind=kind, **cable))
         plant.Finalize()
         states = [plant.get_state_output_port(i.model_instance) for i in (body, quadrotor)]

@@ -12,7 +12,7 @@ from drake_aerial.plant.gripper import Gripper, GripperParameters, add_gripper
 from drake_aerial.plant.payload import TABLE_INERTIA, Payload
 from drake_aerial.plant.payload_body import PayloadBody, add_payload
 from drake_aerial.plant.quadrotor import QuadrotorParameters, add_quadrotor
-from drake_aerial.plant.scene import add_plant
+from drake_aerial.plant.world import add_plant
 
 G = 9.81
 M_Q = QuadrotorParameters().mass
@@ -80,7 +80,12 @@ def test_momentum_through_an_elastic_cable_that_tightens_again(rig, p_LC, dampin
 
     slack.terminal, slack.direction = True, -1
     bounce = solve_ivp(
-        lambda t, x: [x[1], -max(0.0, slack(t, x)) / mu], (0, 0.2), [0.0, 1.0], events=slack, rtol=1e-9, atol=1e-12
+        lambda t, x: [x[1], -max(0.0, slack(t, x)) / mu],
+        (0, 0.2),
+        [0.0, 1.0],
+        events=slack,
+        rtol=1e-9,
+        atol=1e-12,
     )
     transferred = mu * (1.0 - bounce.y[1, -1])
     r = rig("elastic", p_LC=p_LC, gravity=False, damping=damping)
@@ -148,9 +153,13 @@ def test_a_cable_that_is_too_short_is_refused(rig):
 
 def test_elastic_step_numbers():
     contacts = np.array([[-0.154, -0.267, 0.011], [0.308, 0.0, 0.011], [-0.154, 0.267, 0.011]])
-    d = tension_matrix(np.full(3, 0.25), 0.25, np.diag(TABLE_INERTIA), contacts, np.tile([0.0, 0.0, -1.0], (3, 1)))
+    d = tension_matrix(
+        np.full(3, 0.25), 0.25, np.diag(TABLE_INERTIA), contacts, np.tile([0.0, 0.0, -1.0], (3, 1))
+    )
     largest = float(np.linalg.eigvalsh(d).max())
-    assert check_elastic_step(CableParameters("elastic"), 0.002, largest) == pytest.approx(1.7, abs=0.05)
+    assert check_elastic_step(CableParameters("elastic"), 0.002, largest) == pytest.approx(
+        1.7, abs=0.05
+    )
     stiff = CableParameters("elastic", damping=35.0)
     with pytest.raises(InputError, match=r"4\.[45].*below 2 accepted.*damping below") as refused:
         check_elastic_step(stiff, 0.002, largest)
@@ -165,14 +174,22 @@ def test_the_world_body_is_refused():
     body = add_payload(plant, Payload.from_box([0.2, 0.2, 0.2]))
     world = PayloadBody(body.payload, plant.world_body(), body.model_instance, 0.0, True)
     quadrotor, gripper = add_quadrotor(plant), add_gripper(plant, body, [0, 0, 0.1])
-    fixed = Gripper(gripper.parameters, world, gripper.p_LC, gripper.normal_L, gripper.body, gripper.model_instance)
+    fixed = Gripper(
+        gripper.parameters,
+        world,
+        gripper.p_LC,
+        gripper.normal_L,
+        gripper.body,
+        gripper.model_instance,
+    )
     for kind in ("inextensible", "elastic"):
         with pytest.raises(ValueError, match="world body"):
             add_cable(plant, quadrotor, fixed, CableParameters(kind))
 
 
 @pytest.mark.parametrize(
-    "bad", [{"kind": "rope"}, {"length": 0.0}, {"length": np.nan}, {"stiffness": -1.0}, {"damping": -0.1}]
+    "bad",
+    [{"kind": "rope"}, {"length": 0.0}, {"length": np.nan}, {"stiffness": -1.0}, {"damping": -0.1}],
 )
 def test_bad_parameters_are_refused(bad):
     with pytest.raises(InputError, match=str(next(iter(bad)))):

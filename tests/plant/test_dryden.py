@@ -21,7 +21,9 @@ def transfer(component, s, T):
     """MIL-F-8785C's forming filters, for white noise whose two-sided density is one."""
     if component == 0:
         return signal.TransferFunction([s * np.sqrt(2.0 * T)], [T, 1.0])
-    return signal.TransferFunction([s * np.sqrt(T) * np.sqrt(3.0) * T, s * np.sqrt(T)], [T * T, 2.0 * T, 1.0])
+    return signal.TransferFunction(
+        [s * np.sqrt(T) * np.sqrt(3.0) * T, s * np.sqrt(T)], [T * T, 2.0 * T, 1.0]
+    )
 
 
 def density(component, s, T, omega):
@@ -58,7 +60,9 @@ def test_variance_is_the_integral_of_the_spectrum(turbulence, series, component)
 @pytest.mark.parametrize("component", [0, 1, 2])
 def test_measured_spectrum_is_the_filters(turbulence, series, component):
     s, T = turbulence.intensity[component], turbulence.time[component]
-    frequency, measured = signal.welch(series[:, component], 1.0 / PERIOD, nperseg=4096, detrend=False)
+    frequency, measured = signal.welch(
+        series[:, component], 1.0 / PERIOD, nperseg=4096, detrend=False
+    )
     # Bands of equal ratio; each averages over windows and frequencies. The highest stay clear of what sampling folds back.
     edges = np.array([0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0]) / (2.0 * np.pi * 0.2) * 2.0
     for low, high in pairwise(edges):
@@ -104,7 +108,9 @@ def test_low_altitude_is_the_standard_in_feet():
     knot, foot = 0.514444, 0.3048
     found = Dryden.low_altitude(20.0 * foot, 15.0 * knot)
     slope = 0.177 + 0.01646
-    assert found.intensity == pytest.approx((1.5 * knot / slope**0.4, 1.5 * knot / slope**0.4, 1.5 * knot))
+    assert found.intensity == pytest.approx(
+        (1.5 * knot / slope**0.4, 1.5 * knot / slope**0.4, 1.5 * knot)
+    )
     length = 20.0 * foot / slope**1.2
     assert found.time == pytest.approx(np.array([length, length, 20.0 * foot]) / (15.0 * knot))
     # At 1000 ft it becomes isotropic, with scales of 1000 ft.
@@ -130,7 +136,9 @@ def test_what_the_standard_does_not_cover_is_refused(arguments, words):
         Dryden.low_altitude(*arguments)
 
 
-@pytest.mark.parametrize("bad", [{"intensity": (1.0, -1.0, 0.0)}, {"time": (0.0, 1.0, 1.0)}, {"time": (1.0, 1.0)}])
+@pytest.mark.parametrize(
+    "bad", [{"intensity": (1.0, -1.0, 0.0)}, {"time": (0.0, 1.0, 1.0)}, {"time": (1.0, 1.0)}]
+)
 def test_impossible_turbulence_is_refused(bad):
     with pytest.raises(InputError, match=next(iter(bad))):
         Dryden(**{"intensity": (1.0, 1.0, 1.0), "time": (1.0, 1.0, 1.0), **bad})

@@ -13,7 +13,12 @@ KINDS = pytest.mark.parametrize("kind", ["inextensible", "elastic"])
 @KINDS
 @pytest.mark.parametrize(
     ("holding_force", "normal", "holds"),
-    [(2.0, (0, 0, 1), False), (4.0, (0, 0, 1), True), (2.0, (1, 0, 0), True), (2.0, (0, 1, 1), True)],
+    [
+        (2.0, (0, 0, 1), False),
+        (4.0, (0, 0, 1), True),
+        (2.0, (1, 0, 0), True),
+        (2.0, (0, 1, 1), True),
+    ],
 )
 def test_it_holds_up_to_its_force_along_the_normal(rig, kind, holding_force, normal, holds):
     r = rig(kind, p_LC=[0, 0, 0.14], normal=normal, holding_force=holding_force, thrust=WEIGHT)

@@ -9,7 +9,7 @@ from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 from drake_aerial.errors import InputError
 from drake_aerial.plant.motor_lag import MotorLag
 from drake_aerial.plant.quadrotor import add_quadrotor, connect_propellers
-from drake_aerial.plant.scene import add_plant
+from drake_aerial.plant.world import add_plant
 
 
 def test_a_step_is_followed_exponentially_in_speed():

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from drake_aerial import geometry, model_files
+from drake_aerial import geometry
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Pose
+from drake_aerial.io import model_files
 from drake_aerial.plant import triangles
 from drake_aerial.plant.payload import TABLE_INERTIA, Payload
 
@@ -41,7 +42,9 @@ def test_a_tetrahedrons_centroid_is_the_mean_of_its_corners():
 def test_the_tables_printed_inertia_is_refused_by_name():
     with pytest.raises(InputError, match=r"J_zz = 0\.107 exceeds.*0\.0107 is meant"):
         Payload.from_box(SIZE, inertia=(0.006, 0.0059, 0.107))
-    assert np.diag(Payload.from_box(SIZE, inertia=TABLE_INERTIA).inertia) == pytest.approx(TABLE_INERTIA)
+    assert np.diag(Payload.from_box(SIZE, inertia=TABLE_INERTIA).inertia) == pytest.approx(
+        TABLE_INERTIA
+    )
 
 
 @pytest.mark.parametrize(
@@ -107,7 +110,8 @@ def test_a_view_of_one_face_is_thickened_downwards():
 
 
 @pytest.mark.parametrize(
-    "points", [np.zeros((50, 3)), np.linspace(0, 1, 50)[:, None] * [1.0, 2.0, 3.0], np.zeros((2, 3))]
+    "points",
+    [np.zeros((50, 3)), np.linspace(0, 1, 50)[:, None] * [1.0, 2.0, 3.0], np.zeros((2, 3))],
 )
 def test_scans_without_a_surface_are_refused(points):
     with pytest.raises(InputError, match=r"line|3 points"):
@@ -120,7 +124,9 @@ def test_the_tracked_frame_moves_numbers_not_the_body():
     in_L = box.in_tracked_frame(rng.normal(size=3), geometry.random_rotation(rng))
     com_S = geometry.transform(box.X_SP, box.com)
     assert geometry.transform(in_L.X_SP, in_L.com) == pytest.approx(com_S)
-    assert geometry.transform(in_L.X_SP, in_L.vertices) == pytest.approx(geometry.transform(box.X_SP, box.vertices))
+    assert geometry.transform(in_L.X_SP, in_L.vertices) == pytest.approx(
+        geometry.transform(box.X_SP, box.vertices)
+    )
     R_SP, R_SL = geometry.matrix_from_quat(box.X_SP.q), geometry.matrix_from_quat(in_L.X_SP.q)
     assert R_SL @ in_L.inertia @ R_SL.T == pytest.approx(R_SP @ box.inertia @ R_SP.T)
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from drake_aerial import model_files
 from drake_aerial.errors import InputError
+from drake_aerial.io import model_files
 from drake_aerial.plant.quadrotor import QuadrotorParameters
 
 P = QuadrotorParameters()
@@ -26,7 +26,9 @@ def test_accelerations_agree_with_the_allocation(rig, seed):
     assert state[7:10] / 0.002 == pytest.approx(wrench[1:] / P.inertia, rel=1e-6)
 
 
-@pytest.mark.parametrize(("command", "speed"), [(0.0, P.min_rpm), (-1.0, P.min_rpm), (1e12, P.max_rpm)])
+@pytest.mark.parametrize(
+    ("command", "speed"), [(0.0, P.min_rpm), (-1.0, P.min_rpm), (1e12, P.max_rpm)]
+)
 def test_each_propeller_keeps_its_limits(rig, command, speed):
     hover = P.mass * 9.81 / 4 / P.thrust_coefficient
     r = rig("elastic", commands=[command, hover, hover, hover])

@@ -11,8 +11,8 @@ from drake_aerial.plant.dryden import Dryden
 from drake_aerial.plant.payload import Payload
 from drake_aerial.plant.payload_body import add_payload
 from drake_aerial.plant.quadrotor import add_quadrotor
-from drake_aerial.plant.scene import add_plant
 from drake_aerial.plant.wind import Wind, WindParameters, connect_wind
+from drake_aerial.plant.world import add_plant
 
 
 def blow(parameters, seconds, seed=0, period=0.01):
@@ -27,7 +27,12 @@ def blow(parameters, seconds, seed=0, period=0.01):
 
 
 def test_mean_and_gust_add_up_to_a_raised_cosine():
-    t, v = blow(WindParameters(mean=(1.0, 0.0, 0.0), gust=(0.0, 4.0, -2.0), gust_start=1.0, gust_duration=2.0), 4.0)
+    t, v = blow(
+        WindParameters(
+            mean=(1.0, 0.0, 0.0), gust=(0.0, 4.0, -2.0), gust_start=1.0, gust_duration=2.0
+        ),
+        4.0,
+    )
     assert v[:, 0] == pytest.approx(1.0)
     assert v[np.isclose(t, 2.0)][0] == pytest.approx([1.0, 4.0, -2.0])
     assert v[np.isclose(t, 1.5)][0] == pytest.approx([1.0, 2.0, -1.0])
@@ -36,7 +41,9 @@ def test_mean_and_gust_add_up_to_a_raised_cosine():
 
 def test_turbulence_is_as_strong_from_the_first_instant_on():
     calm = Dryden((1.0, 1.0, 1.0), (1.0, 2.0, 3.0))
-    first = np.array([blow(WindParameters(turbulence=calm), 0.004, seed, 0.002)[1][1] for seed in range(150)])
+    first = np.array(
+        [blow(WindParameters(turbulence=calm), 0.004, seed, 0.002)[1][1] for seed in range(150)]
+    )
     assert first.std(axis=0) == pytest.approx([1.0, 1.0, 1.0], rel=0.2)
 
 
@@ -50,7 +57,10 @@ def test_a_seed_is_a_wind():
 def test_turbulence_turns_with_the_mean_wind():
     # The same noise in every case: along and across turn with the heading, up stays.
     turbulence = Dryden((1.0, 0.5, 0.2), (0.5, 0.6, 0.7))
-    east, other = (WindParameters(mean=mean, turbulence=turbulence) for mean in ((2.0, 0.0, 0.3), (-1.2, 1.6, 0.3)))
+    east, other = (
+        WindParameters(mean=mean, turbulence=turbulence)
+        for mean in ((2.0, 0.0, 0.3), (-1.2, 1.6, 0.3))
+    )
     a = blow(east, 1.0, 5)[1] - east.mean
     b = blow(other, 1.0, 5)[1] - other.mean
     turn = np.array([[-0.6, -0.8, 0.0], [0.8, -0.6, 0.0], [0.0, 0.0, 1.0]])
@@ -71,7 +81,9 @@ def test_drag_carries_everything_along_at_the_pace_of_its_law():
     builder.Connect(plant.get_state_output_port(quadrotor.model_instance), states.get_input_port(0))
     parameters = WindParameters(mean=(0.0, 6.0, 0.0))
     payload_state = plant.get_state_output_port(payload.model_instance)
-    _, forces = connect_wind(builder, plant, payload, [quadrotor], payload_state, states.get_output_port(), parameters)
+    _, forces = connect_wind(
+        builder, plant, payload, [quadrotor], payload_state, states.get_output_port(), parameters
+    )
     builder.Connect(forces, plant.get_applied_spatial_force_input_port())
     simulator = Simulator(builder.Build())
     context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())

@@ -31,7 +31,12 @@ def record(
     flew = outcome != "not_flown"
     metrics = {key: factor * rmse for key, factor in METRICS.items()} if flew else None
     if metrics is not None:
-        metrics |= {"position_rmse_m": rmse, "thrust_mean_N": 4.9 + rmse, "thrust_max_N": 6.0, "tension_max_N": 3.0}
+        metrics |= {
+            "position_rmse_m": rmse,
+            "thrust_mean_N": 4.9 + rmse,
+            "thrust_max_N": 6.0,
+            "tension_max_N": 3.0,
+        }
         metrics |= {"slack_fraction": 0.0, "saturated_fraction": 0.0}
     return {
         "schema": "drake_aerial/study_record",
@@ -113,6 +118,14 @@ def method_study(rng, *, conditions=("A", "B"), solutions=5, trials=4, ratio=3.0
                     rmse = contact * rng.uniform(0.95, 1.05)
                     outcome = "crashed" if crashed else "completed"
                     records.append(
-                        record(condition, method, solution, trial, rmse, outcome=outcome, offset=contact * 4)
+                        record(
+                            condition,
+                            method,
+                            solution,
+                            trial,
+                            rmse,
+                            outcome=outcome,
+                            offset=contact * 4,
+                        )
                     )
     return records

@@ -19,7 +19,9 @@ pytest.importorskip("distributed")
 
 def test_a_campaign_has_a_record_for_everything_it_planned(undisturbed, tiny, records_of):
     records = records_of(undisturbed)
-    assert [(r["condition"], r["method"], r["belief"], r["solution"], r["trial"]) for r in records] == [
+    assert [
+        (r["condition"], r["method"], r["belief"], r["solution"], r["trial"]) for r in records
+    ] == [
         *(("A", "task", "below_contact", s, k) for s in (1, 2) for k in (0, 1)),
         *(("A", "centroid", "below_contact", 1, k) for k in (0, 1)),
         ("A", "task", "true", 1, 0),
@@ -28,7 +30,13 @@ def test_a_campaign_has_a_record_for_everything_it_planned(undisturbed, tiny, re
     assert {r["outcome"] for r in records} <= {"completed", "crashed", "diverged", "dropped"}
     for record in records:
         assert (undisturbed / "series" / f"{record['key']}.npz").is_file()
-    for name in ("study.yaml", "scans/A.npz", "skills/flat.npz", "contacts/A-task.json", "contacts/H-corner.json"):
+    for name in (
+        "study.yaml",
+        "scans/A.npz",
+        "skills/flat.npz",
+        "contacts/A-task.json",
+        "contacts/H-corner.json",
+    ):
         assert (undisturbed / name).is_file()
     # The corner is given 40 cm from the middle; what is learnt from the middle stays there.
     off = {r["method"]: r["contact"]["off_com_m"] for r in records}
@@ -36,7 +44,9 @@ def test_a_campaign_has_a_record_for_everything_it_planned(undisturbed, tiny, re
     assert off["task"] < 0.03
 
 
-def test_workers_in_other_processes_write_the_same_records(undisturbed, tiny, tmp_path, records_of, series_of):
+def test_workers_in_other_processes_write_the_same_records(
+    undisturbed, tiny, tmp_path, records_of, series_of
+):
     summary = run_study(tiny, tmp_path, workers=2)
     assert summary.errors == ()
     assert (summary.planned, summary.found, summary.flown) == (8, 0, 8)
@@ -55,7 +65,13 @@ def test_a_finished_campaign_flies_nothing_more(undisturbed, tiny, tmp_path, cop
 def test_what_is_missing_or_damaged_is_flown_again(undisturbed, tiny, copy, records_of):
     folder = copy(undisturbed)
     lines = (folder / "records.jsonl").read_text().splitlines()
-    damaged = [lines[5], lines[0], lines[1][: len(lines[1]) // 2], *lines[6:], lines[3] + "\n" + lines[4][:40]]
+    damaged = [
+        lines[5],
+        lines[0],
+        lines[1][: len(lines[1]) // 2],
+        *lines[6:],
+        lines[3] + "\n" + lines[4][:40],
+    ]
     (folder / "records.jsonl").write_text("\n".join(damaged))
     summary = run_study(tiny, folder)
     assert (summary.found, summary.flown) == (5, 3)
@@ -65,18 +81,24 @@ def test_what_is_missing_or_damaged_is_flown_again(undisturbed, tiny, copy, reco
     records, _ = read_records(folder)
     for record in records:
         record.pop("timing")
-    assert sorted(records, key=lambda r: r["key"]) == sorted(records_of(undisturbed), key=lambda r: r["key"])
+    assert sorted(records, key=lambda r: r["key"]) == sorted(
+        records_of(undisturbed), key=lambda r: r["key"]
+    )
 
 
 def test_records_of_other_inputs_are_refused(undisturbed, tiny, copy):
     folder = copy(undisturbed)
     path = folder / "records.jsonl"
-    path.write_text(path.read_text().replace(json.loads(path.read_text().splitlines()[0])["key"], "f" * 24))
+    path.write_text(
+        path.read_text().replace(json.loads(path.read_text().splitlines()[0])["key"], "f" * 24)
+    )
     with pytest.raises(InputError, match="does not make"):
         run_study(tiny, folder)
 
 
-def test_a_defect_costs_its_trial_alone_and_leaves_no_record(undisturbed, tiny, copy, monkeypatch, records_of):
+def test_a_defect_costs_its_trial_alone_and_leaves_no_record(
+    undisturbed, tiny, copy, monkeypatch, records_of
+):
     folder = copy(undisturbed)
     lines = (folder / "records.jsonl").read_text().splitlines()
     (folder / "records.jsonl").write_text("\n".join(lines[:4]) + "\n")
@@ -128,20 +150,28 @@ def children_of(pid):
     """Return the worker processes below a process, by their command."""
     import psutil
 
-    return [p for p in psutil.Process(pid).children(recursive=True) if "spawn_main" in " ".join(p.cmdline())]
+    return [
+        p
+        for p in psutil.Process(pid).children(recursive=True)
+        if "spawn_main" in " ".join(p.cmdline())
+    ]
 
 
 def wait_for_records(folder, count, process, seconds=120.0):
     end = time.monotonic() + seconds
     while time.monotonic() < end:
-        if (folder / "records.jsonl").exists() and (folder / "records.jsonl").read_bytes().count(b"\n") >= count:
+        if (folder / "records.jsonl").exists() and (folder / "records.jsonl").read_bytes().count(
+            b"\n"
+        ) >= count:
             return
         assert process.poll() is None, process.stderr.read().decode()
         time.sleep(0.02)
     raise AssertionError("no records in time")
 
 
-def test_killing_a_worker_then_the_campaign_changes_nothing(undisturbed, tiny_file, tmp_path, records_of, series_of):
+def test_killing_a_worker_then_the_campaign_changes_nothing(
+    undisturbed, tiny_file, tmp_path, records_of, series_of
+):
     script = tmp_path / "campaign.py"
     script.write_text(KILLED)
     out = tmp_path / "out"

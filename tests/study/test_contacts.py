@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 
 from drake_aerial import InputError
+from drake_aerial.contacts.solutions import Solution
 from drake_aerial.geometry import Pose
 from drake_aerial.plant.payload import Payload
 from drake_aerial.study.conditions import Condition
 from drake_aerial.study.contacts import ContactTask, find_contacts, place
-from drake_aerial.transferring.solutions import Solution
 
 BOX = Payload.read("box_68x61x28")
 LEVEL = np.array([1.0, 0.0, 0.0, 0.0])
@@ -53,7 +53,9 @@ def test_a_gripper_in_the_air_moves_whether_the_scan_showed_it_or_not():
 
 
 def test_moving_to_the_underside_is_no_cure():
-    placed = place(solution([0.0, 0.0, -0.2], reasons=("off the surface (nearest point 6.0 cm away)",)), BOX)
+    placed = place(
+        solution([0.0, 0.0, -0.2], reasons=("off the surface (nearest point 6.0 cm away)",)), BOX
+    )
     assert placed.moved == pytest.approx([0.06])
     assert len(placed.obstacles) == 1
     assert "upside down" in placed.obstacles[0]
@@ -65,7 +67,9 @@ def test_other_reasons_remain():
 
 
 def test_given_contacts_are_set_on_the_surface():
-    condition = Condition("H", "box_68x61x28", contacts=(("corner", ((0.3, 0.25, 0.2),)),), points=2000)
+    condition = Condition(
+        "H", "box_68x61x28", contacts=(("corner", ((0.3, 0.25, 0.2),)),), points=2000
+    )
     found = find_contacts(ContactTask(condition, "corner", 0, 1))
     assert found.failure is None
     assert found.contacts.method == "corner"
@@ -75,17 +79,25 @@ def test_given_contacts_are_set_on_the_surface():
 
 def test_a_transfer_that_finds_nothing_is_no_defect(monkeypatch):
     from drake_aerial import JobError
-    from drake_aerial.transferring import transfer as module
+    from drake_aerial.contacts import transfer as module
 
     def nothing(*arguments, **keywords):
         raise JobError("the votes are zero\neverywhere")
 
     monkeypatch.setattr(module, "transfer", nothing)
-    found = find_contacts(ContactTask(Condition("A", "box_68x61x28", demonstration="flat", points=2000), "paper", 0, 5))
+    found = find_contacts(
+        ContactTask(
+            Condition("A", "box_68x61x28", demonstration="flat", points=2000), "paper", 0, 5
+        )
+    )
     assert found.contacts is None
     assert found.failure == "the votes are zero everywhere"
 
 
 def test_workers_of_another_version_refuse():
     with pytest.raises(InputError, match=r"0\.0\.1"):
-        find_contacts(ContactTask(Condition("A", "box_68x61x28", demonstration="flat"), "task", 0, 5, version="0.0.1"))
+        find_contacts(
+            ContactTask(
+                Condition("A", "box_68x61x28", demonstration="flat"), "task", 0, 5, version="0.0.1"
+            )
+        )

@@ -21,7 +21,18 @@ def test_the_built_in_plan_is_the_published_study():
             assert (published.solutions, published.trials) == (5, 10)
             assert arms[condition, method, "true", "table"].trials == 3
             assert arms[condition, method, "below_contact", "mesh"].trials == 3
-    assert {a.condition.name for a in plan.arms()} == {"A", "A_full", "B", "B_centroid", "C", "D", "E", "F", "G", "H"}
+    assert {a.condition.name for a in plan.arms()} == {
+        "A",
+        "A_full",
+        "B",
+        "B_centroid",
+        "C",
+        "D",
+        "E",
+        "F",
+        "G",
+        "H",
+    }
     # 5 conditions x 3 methods x 5 x 10; centroid; A_full, E to G; belief true and the meshes' inertia; H.
     assert plan.count == 750 + 15 + 4 * 48 + 2 * 5 * 48 + 18
     quick = plan.chosen(solutions=1, trials=1)
@@ -31,7 +42,10 @@ def test_the_built_in_plan_is_the_published_study():
 
 def test_a_plan_written_is_the_plan_read(tmp_path):
     plan = StudyPlan.read("paper").chosen(conditions=["A", "F", "H"], trials=2, seed=9)
-    path = write(tmp_path / "study.yaml", yaml.safe_dump(json.loads(json.dumps(plan.to_dict())), sort_keys=False))
+    path = write(
+        tmp_path / "study.yaml",
+        yaml.safe_dump(json.loads(json.dumps(plan.to_dict())), sort_keys=False),
+    )
     again = StudyPlan.read(path)
     assert again.to_dict() == plan.to_dict()
     assert again == plan
@@ -52,9 +66,16 @@ def test_choices_keep_order_and_merge_parts(tiny):
 
 
 def test_an_arm_of_two_parts_is_flown_once_as_often_as_the_larger_asks(tmp_path, tiny_file):
-    text = tiny_file.read_text() + "  - {conditions: [A], methods: [task], solutions: 1, trials: 7}\n"
-    arms = [a for a in StudyPlan.read(write(tmp_path / "p.yaml", text)).arms() if a.method == "task"]
-    assert [(a.belief, a.solutions, a.trials) for a in arms] == [("below_contact", 2, 7), ("true", 1, 1)]
+    text = (
+        tiny_file.read_text() + "  - {conditions: [A], methods: [task], solutions: 1, trials: 7}\n"
+    )
+    arms = [
+        a for a in StudyPlan.read(write(tmp_path / "p.yaml", text)).arms() if a.method == "task"
+    ]
+    assert [(a.belief, a.solutions, a.trials) for a in arms] == [
+        ("below_contact", 2, 7),
+        ("true", 1, 1),
+    ]
 
 
 GOOD = "conditions:\n  - {name: A, demonstration: flat, payload: box_68x61x28}\nflights:\n  - {conditions: [A], methods: [task]}\n"

@@ -12,7 +12,14 @@ from drake_aerial.study.trials import FlownTrial
 
 
 def record(key, **changes):
-    fields = {"condition": "A", "method": "task", "belief": "true", "inertia": "table", "rank": 1, "trial": 0}
+    fields = {
+        "condition": "A",
+        "method": "task",
+        "belief": "true",
+        "inertia": "table",
+        "rank": 1,
+        "trial": 0,
+    }
     fields |= {"outcome": "completed", "metrics": {"position_rmse_m": 0.1}}
     return {"schema": "drake_aerial/study_record", "version": 1, "key": key, **fields, **changes}
 
@@ -74,7 +81,10 @@ def test_another_study_is_refused_by_what_differs(tiny, tmp_path):
     with StudyFolder.opened(tmp_path, tiny):
         pass
     other = tiny.chosen(trials=9)
-    with pytest.raises(InputError, match="trials is 2 there, 9 now"), StudyFolder.opened(tmp_path, other):
+    with (
+        pytest.raises(InputError, match="trials is 2 there, 9 now"),
+        StudyFolder.opened(tmp_path, other),
+    ):
         pass
     (tmp_path / "study.yaml").write_text(
         (tmp_path / "study.yaml").read_text().replace("package_version: ", "package_version: 9.")
@@ -102,7 +112,9 @@ def test_whoever_is_killed_lets_go(tiny, tiny_file, tmp_path):
         "with StudyFolder.opened(sys.argv[1], StudyPlan.read(sys.argv[2])):\n"
         "    os.kill(os.getpid(), signal.SIGKILL)\n"
     )
-    killed = subprocess.run([sys.executable, "-c", script, str(tmp_path), str(tiny_file)], env=os.environ, check=False)
+    killed = subprocess.run(
+        [sys.executable, "-c", script, str(tmp_path), str(tiny_file)], env=os.environ, check=False
+    )
     assert killed.returncode == -9
     with StudyFolder.opened(tmp_path, tiny):
         pass

@@ -4,7 +4,7 @@ import shutil
 
 import pytest
 
-from drake_aerial.study.report import write_report
+from drake_aerial.study.report.study_report import write_report
 
 pytestmark = pytest.mark.browser
 
@@ -41,4 +41,6 @@ def test_a_claim_opens_where_it_is_linked(opened, report):
     page.get_by_role("link", name="2", exact=True).click()
     page.wait_for_function("location.hash === '#claim-2'")
     assert page.locator("#claim-2").get_by_text("Rule:").is_visible()
-    assert page.evaluate("document.querySelector('#claim-2').getBoundingClientRect().top < innerHeight")
+    assert page.evaluate(
+        "document.querySelector('#claim-2').getBoundingClientRect().top < innerHeight"
+    )

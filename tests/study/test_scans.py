@@ -19,7 +19,9 @@ def test_full_scans_see_all_sides_and_top_scans_the_top_alone():
     assert np.std(top.points[:, 2]) == pytest.approx(0.001, rel=0.1)
     assert top.viewpoint[2] > 1.0
     # The top's share of the whole surface.
-    assert len(top) == pytest.approx(4000 * 0.68 * 0.61 / (2 * (0.68 * 0.61 + 0.28 * (0.68 + 0.61))), rel=0.02)
+    assert len(top) == pytest.approx(
+        4000 * 0.68 * 0.61 / (2 * (0.68 * 0.61 + 0.28 * (0.68 + 0.61))), rel=0.02
+    )
 
 
 def test_partial_scans_hide_what_the_camera_does_not_see():

@@ -3,14 +3,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drake_aerial.control.trajectory import HoverTrajectory
+from drake_aerial.contacts.solutions import ContactSolutions, Solution
 from drake_aerial.geometry import Pose
+from drake_aerial.references.trajectory import HoverTrajectory
 from drake_aerial.study.conditions import Condition
 from drake_aerial.study.plan import Arm
 from drake_aerial.study.trials import fly_trial, plan_trials
-from drake_aerial.transferring.solutions import ContactSolutions, Solution
 
-BOX = Condition("A", "box_68x61x28", demonstration="flat", points=2000, trajectory=HoverTrajectory(hover_time=0.3))
+BOX = Condition(
+    "A",
+    "box_68x61x28",
+    demonstration="flat",
+    points=2000,
+    trajectory=HoverTrajectory(hover_time=0.3),
+)
 CLOUD = {"path": None, "centroid": [0.0, 0.0, 0.14], "up": [0.0, 0.0, 1.0]}
 LEVEL = np.array([[1.0, 0.0, 0.0, 0.0]])
 
@@ -21,13 +27,25 @@ def solutions(*verdicts):
     for k, reasons in enumerate(verdicts):
         p = np.array([[0.02 * k, 0.0, 0.14]])
         up = np.array([[0.0, 0.0, 1.0]])
-        found.append(Solution(k + 1, -float(k), not reasons, reasons, Pose(p, LEVEL), up, Pose(p + 0.5 * up, LEVEL)))
+        found.append(
+            Solution(
+                k + 1,
+                -float(k),
+                not reasons,
+                reasons,
+                Pose(p, LEVEL),
+                up,
+                Pose(p + 0.5 * up, LEVEL),
+            )
+        )
     return ContactSolutions("task", 0, "flat", CLOUD, {}, tuple(found))
 
 
 def trials(contacts, arm=None, failure=None, fly_infeasible=False, seed=0, fingerprint="f"):
     arm = Arm(BOX, "task", "true", "table", 2, 3) if arm is None else arm
-    return plan_trials(arm, contacts, failure, seed=seed, fingerprint=fingerprint, fly_infeasible=fly_infeasible)
+    return plan_trials(
+        arm, contacts, failure, seed=seed, fingerprint=fingerprint, fly_infeasible=fly_infeasible
+    )
 
 
 def test_the_best_feasible_solutions_are_flown_and_better_infeasible_ones_recorded():
@@ -39,7 +57,9 @@ def test_the_best_feasible_solutions_are_flown_and_better_infeasible_ones_record
         *((2, 3, k) for k in range(3)),
     ]
     everything = trials(contacts, fly_infeasible=True)
-    assert [(t.solution, t.rank, t.trial) for t in everything] == [(s, s, k) for s in (1, 2) for k in range(3)]
+    assert [(t.solution, t.rank, t.trial) for t in everything] == [
+        (s, s, k) for s in (1, 2) for k in range(3)
+    ]
 
 
 def test_keys_follow_everything_a_result_depends_on_and_nothing_else():
@@ -48,7 +68,9 @@ def test_keys_follow_everything_a_result_depends_on_and_nothing_else():
     assert len(set(keys)) == 2
     # More trials or solutions leave the keys of the first ones alone, and so does a title.
     assert [t.key for t in trials(contacts, replace(arm, trials=5, solutions=3))][:2] == keys
-    assert [t.key for t in trials(contacts, replace(arm, condition=replace(BOX, title="x")))] == keys
+    assert [
+        t.key for t in trials(contacts, replace(arm, condition=replace(BOX, title="x")))
+    ] == keys
     others = [
         trials(contacts, arm, seed=1),
         trials(contacts, arm, fingerprint="g"),
@@ -78,7 +100,11 @@ def test_what_is_not_flown_says_why():
 def test_contacts_that_were_never_found_are_one_record():
     (task,) = trials(None, failure="no votes")
     record = fly_trial(task).record
-    assert (record["outcome"], record["outcome_reason"], record["rank"]) == ("not_flown", "no votes", None)
+    assert (record["outcome"], record["outcome_reason"], record["rank"]) == (
+        "not_flown",
+        "no votes",
+        None,
+    )
 
 
 def test_a_trial_is_a_record_and_its_series():

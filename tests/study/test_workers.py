@@ -36,7 +36,10 @@ def test_this_process_goes_on_after_an_error():
     def divide(chore):
         return 6 // chore.number
 
-    done = [(chore.number, result) for chore, result in ThisProcess().run(divide, [Chore("a", k) for k in (2, 0, 3)])]
+    done = [
+        (chore.number, result)
+        for chore, result in ThisProcess().run(divide, [Chore("a", k) for k in (2, 0, 3)])
+    ]
     assert done[0] == (2, 3)
     assert isinstance(done[1][1], ZeroDivisionError)
     assert done[2] == (3, 2)
@@ -50,7 +53,9 @@ def test_a_cluster_returns_errors_and_replaces_workers_that_have_built_enough(mo
     def work(chore):
         if chore.number == 1:
             raise ZeroDivisionError("a defect")
-        return SimpleNamespace(pid=os.getpid(), threads=os.environ["OMP_NUM_THREADS"], diagrams=chore.number)
+        return SimpleNamespace(
+            pid=os.getpid(), threads=os.environ["OMP_NUM_THREADS"], diagrams=chore.number
+        )
 
     work.__module__ = "__main__"
     with hired(workers=1) as staff:

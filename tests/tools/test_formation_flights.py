@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drake_aerial.transport.flight_options import FlightOptions
+from drake_aerial.simulation.flight_options import FlightOptions
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from drake_aerial.model_files import models_dir
+from drake_aerial.io.model_files import models_dir
 
 TOOL = Path(__file__).parents[2] / "tools" / "import_meshes.py"
 MESHES = models_dir() / "meshes"
@@ -38,7 +38,10 @@ def test_shipped_meshes_enclose_a_volume_and_stand_on_the_floor(name):
 @pytest.mark.parametrize("name", ["bunny", "teapot", "hollow_triangle", "ridged_parcel"])
 def test_provenance_names_the_file_as_it_is(name):
     text = (MESHES / "PROVENANCE.md").read_text()
-    assert f"`{name}.obj`: sha256 `{hashlib.sha256((MESHES / f'{name}.obj').read_bytes()).hexdigest()}`" in text
+    assert (
+        f"`{name}.obj`: sha256 `{hashlib.sha256((MESHES / f'{name}.obj').read_bytes()).hexdigest()}`"
+        in text
+    )
 
 
 def test_sizes_are_those_of_the_study():
@@ -62,7 +65,9 @@ def test_hollow_triangle_is_exact(tool):
         expected = 3 * np.sqrt(3) / 4 * (0.42**2 - 0.22**2) * 0.06
         np.testing.assert_allclose(mesh.volume, expected, rtol=1e-4)
         np.testing.assert_allclose(mesh.center_mass, [0, 0, 0.03], atol=1e-5)
-        np.testing.assert_allclose(np.linalg.norm(mesh.vertices[:, :2], axis=1).max(), 0.42, atol=1e-5)
+        np.testing.assert_allclose(
+            np.linalg.norm(mesh.vertices[:, :2], axis=1).max(), 0.42, atol=1e-5
+        )
         # The beam's width: across the side opposite to the corner on x.
         x = np.unique(mesh.vertices[:, 0].round(4))
         np.testing.assert_allclose(x[1] - x[0], 0.1, atol=2e-4)
@@ -124,7 +129,9 @@ def test_ridged_parcel_is_exact(tool):
     for mesh in (tool.ridged_parcel(), shipped("ridged_parcel")):
         assert np.allclose(np.ptp(mesh.vertices, axis=0), [0.68, 0.61, 0.30])
         # Five right-angled triangles, as long as the parcel is wide, on top of it.
-        assert mesh.volume == pytest.approx(0.68 * 0.61 * 0.28 + 5 * 0.5 * 0.06 * 0.02 * 0.61, rel=1e-9)
+        assert mesh.volume == pytest.approx(
+            0.68 * 0.61 * 0.28 + 5 * 0.5 * 0.06 * 0.02 * 0.61, rel=1e-9
+        )
         # The flaps' slopes face up and backwards; a quarter of the top on either side stays level.
         up = mesh.face_normals[:, 2] > 0.999
         assert mesh.area_faces[up].sum() == pytest.approx(2 * 0.19 * 0.61, rel=1e-9)

@@ -66,14 +66,23 @@ def sphere(count: int, rng: np.random.Generator) -> Surface:
 
     z = 1.0 - (2.0 * np.arange(count) + 1.0) / count
     angle = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(count)
-    normals = np.column_stack([np.sqrt(1.0 - z * z) * np.cos(angle), np.sqrt(1.0 - z * z) * np.sin(angle), z])
+    normals = np.column_stack(
+        [np.sqrt(1.0 - z * z) * np.cos(angle), np.sqrt(1.0 - z * z) * np.sin(angle), z]
+    )
     normals += 0.25 * np.sqrt(4.0 * np.pi / count) * rng.uniform(-1.0, 1.0, normals.shape)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     faces = ConvexHull(normals).simplices.astype(np.int64)
     a, b, c = (normals[faces[:, k]] for k in range(3))
     inwards = np.sum(np.cross(b - a, c - a) * a, axis=1) < 0.0
     faces[inwards] = faces[inwards][:, ::-1]
-    return 0.2 * normals, faces, normals, np.full((count, 2), 5.0), np.ones(count, bool), 4.0 * np.pi * 0.2**2
+    return (
+        0.2 * normals,
+        faces,
+        normals,
+        np.full((count, 2), 5.0),
+        np.ones(count, bool),
+        4.0 * np.pi * 0.2**2,
+    )
 
 
 def grid(rows: int, columns: int, closed: bool) -> Faces:
@@ -97,7 +106,14 @@ def cylinder(count: int, rng: np.random.Generator) -> Surface:
     points[:, 2] = z.ravel()
     area = 2.0 * np.pi * R * length
     inner = np.abs(points[:, 2]) < 0.5 * length - 3.0 * radius_of(area, count)
-    return points, grid(rows, columns, False)[:, ::-1], normals, np.tile([1.0 / R, 0.0], (len(points), 1)), inner, area
+    return (
+        points,
+        grid(rows, columns, False)[:, ::-1],
+        normals,
+        np.tile([1.0 / R, 0.0], (len(points), 1)),
+        inner,
+        area,
+    )
 
 
 def torus(count: int, rng: np.random.Generator) -> Surface:
@@ -106,8 +122,18 @@ def torus(count: int, rng: np.random.Generator) -> Surface:
     area = 4.0 * np.pi**2 * R * r
     step = np.sqrt(area / count)
     rows, columns = round(2.0 * np.pi * R / step), round(2.0 * np.pi * r / step)
-    u = (np.arange(rows)[:, None] + rng.uniform(-0.25, 0.25, (rows, columns))).ravel() * 2.0 * np.pi / rows
-    v = (np.arange(columns) + rng.uniform(-0.25, 0.25, (rows, columns))).ravel() * 2.0 * np.pi / columns
+    u = (
+        (np.arange(rows)[:, None] + rng.uniform(-0.25, 0.25, (rows, columns))).ravel()
+        * 2.0
+        * np.pi
+        / rows
+    )
+    v = (
+        (np.arange(columns) + rng.uniform(-0.25, 0.25, (rows, columns))).ravel()
+        * 2.0
+        * np.pi
+        / columns
+    )
     normals = np.column_stack([np.cos(u) * np.cos(v), np.sin(u) * np.cos(v), np.sin(v)])
     points = r * normals + R * np.column_stack([np.cos(u), np.sin(u), np.zeros_like(u)])
     kappa = np.column_stack([np.full(len(u), 1.0 / r), np.cos(v) / (R + r * np.cos(v))])
@@ -123,7 +149,7 @@ SURFACES = {"sphere": sphere, "cylinder": cylinder, "torus": torus}
 def ours(points: np.ndarray, faces: Faces, radius: float) -> Answer:
     """Our features, one at every point: normals, their outward sign, curvatures, frames and rims, of the bare cloud."""
     from drake_aerial import PointCloud, compute_features
-    from drake_aerial.perception.surface_features import FeatureParameters
+    from drake_aerial.features.surface_features import FeatureParameters
 
     features = compute_features(PointCloud.read(points), FeatureParameters(rho=radius, voxel=0.0))
     return features.normal, features.r / radius
@@ -184,7 +210,9 @@ def meshlab_scaled(points: np.ndarray, faces: Faces, radius: float) -> Answer:
     import pymeshlab
 
     scale = pymeshlab.PureValue(radius)
-    return None, meshlab_curvature(points, faces, method="Scale Dependent Quadric Fitting", scale=scale)
+    return None, meshlab_curvature(
+        points, faces, method="Scale Dependent Quadric Fitting", scale=scale
+    )
 
 
 def meshlab_curvature(points: np.ndarray, faces: Faces, **options: object) -> np.ndarray:
@@ -194,7 +222,9 @@ def meshlab_curvature(points: np.ndarray, faces: Faces, **options: object) -> np
     meshes, found = pymeshlab.MeshSet(), []
     meshes.add_mesh(pymeshlab.Mesh(points, faces))
     for which in ("Min Curvature", "Max Curvature"):
-        meshes.compute_curvature_principal_directions_per_vertex(curvcolormethod=which, autoclean=False, **options)
+        meshes.compute_curvature_principal_directions_per_vertex(
+            curvcolormethod=which, autoclean=False, **options
+        )
         found.append(meshes.current_mesh().vertex_scalar_array())
     return np.column_stack(found)
 
@@ -229,17 +259,28 @@ def measure(name: str, path: Path) -> dict[str, float]:
         normals, kappa = compute(points, faces, radius)
         times.append((time.perf_counter() - wall, time.process_time() - cpu))
     after = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
-    answer = {key: value for key, value in (("normals", normals), ("kappa", kappa)) if value is not None}
+    answer = {
+        key: value for key, value in (("normals", normals), ("kappa", kappa)) if value is not None
+    }
     np.savez(path.with_name("answer.npz"), **answer)
     share = 0.5 if name in ("meshlab_quadric", "meshlab_scaled") else 1.0
     wall, cpu = (share * min(column) for column in zip(*times, strict=True))
     number = len(next(iter(answer.values())))
-    return {"number": number, "first": times[0][0], "wall": wall, "cpu": cpu, "before": before, "after": after}
+    return {
+        "number": number,
+        "first": times[0][0],
+        "wall": wall,
+        "cpu": cpu,
+        "before": before,
+        "after": after,
+    }
 
 
 def in_process(python: Path, name: str, path: Path, cores: int | None = None) -> dict[str, float]:
     """Return what `measure` gives in a Python of its own, by so many cores."""
-    environment = {key: value for key, value in os.environ.items() if not key.endswith("_NUM_THREADS")}
+    environment = {
+        key: value for key, value in os.environ.items() if not key.endswith("_NUM_THREADS")
+    }
     if cores is not None:
         environment |= {f"{key}_NUM_THREADS": str(cores) for key in ("OMP", "OPENBLAS")}
     command = [str(python), str(Path(__file__).resolve()), "--measure", name, str(path)]
@@ -256,7 +297,10 @@ def target(folder: Path) -> None:
     area = 2.0 * (SIZE[0] * SIZE[1] + SIZE[0] * SIZE[2] + SIZE[1] * SIZE[2])
     faces, radius = np.zeros((0, 3), dtype=np.int64), radius_of(area, POINTS)
     np.savez(folder / "cloud.npz", points=points, faces=faces, radius=radius)
-    kinds = {"default": "by default: rho 3 cm, voxel 7.5 mm", "ours": f"at every point, {NEIGHBOURS} neighbours"}
+    kinds = {
+        "default": "by default: rho 3 cm, voxel 7.5 mm",
+        "ours": f"at every point, {NEIGHBOURS} neighbours",
+    }
     for name, label in kinds.items():
         for cores in (1, 2):
             result = in_process(Path(sys.executable), name, folder / "cloud.npz", cores)
@@ -271,7 +315,9 @@ def errors(answer: dict[str, np.ndarray], surface: Surface) -> str:
     _, _, normals, kappa, counts, _ = surface
     text = []
     if "normals" in answer:
-        found = answer["normals"][counts] / np.linalg.norm(answer["normals"][counts], axis=1, keepdims=True)
+        found = answer["normals"][counts] / np.linalg.norm(
+            answer["normals"][counts], axis=1, keepdims=True
+        )
         sine = np.linalg.norm(np.cross(found, normals[counts]), axis=1)
         angle = np.rad2deg(np.arcsin(np.minimum(sine, 1.0)))
         wrong = np.mean(np.sum(found * normals[counts], axis=1) < 0.0)
@@ -308,10 +354,15 @@ def peers(folder: Path, surfaces: list[str], python: Path | None) -> None:
             np.savez(folder / "cloud.npz", points=points, faces=surface[1], radius=radius)
             print(f"{name}, noise {1e3 * noise:g} mm, radius {1e3 * radius:.1f} mm")
             for key, (label, _, foreign) in CONTESTANTS.items():
-                result = in_process(python if foreign else Path(sys.executable), key, folder / "cloud.npz")
+                result = in_process(
+                    python if foreign else Path(sys.executable), key, folder / "cloud.npz"
+                )
                 with np.load(folder / "answer.npz") as data:
                     told = errors(dict(data), surface)
-                print(f"    {label:<40}{result['wall']:>8.2f}{result['cpu']:>8.2f}      {told}", flush=True)
+                print(
+                    f"    {label:<40}{result['wall']:>8.2f}{result['cpu']:>8.2f}      {told}",
+                    flush=True,
+                )
 
 
 def growth(folder: Path) -> None:

@@ -22,15 +22,24 @@ from pathlib import Path
 import numpy as np
 from formation_rows import FormationRow, formation_rows
 from hard_formation_rows import hard_formation_rows
-from scans import above_centroid, box_mesh, box_query, box_scan, camera_query, curved_mesh, curved_query, mesh_points
+from scans import (
+    above_centroid,
+    box_mesh,
+    box_query,
+    box_scan,
+    camera_query,
+    curved_mesh,
+    curved_query,
+    mesh_points,
+)
 
+from drake_aerial.cloud.point_cloud import PointCloud
+from drake_aerial.contacts.parameters import TransferParameters
+from drake_aerial.contacts.transfer import transfer
 from drake_aerial.geometry import Pose, invert, transform
-from drake_aerial.learning.demonstration import Demonstration
-from drake_aerial.learning.learn import learn
-from drake_aerial.learning.skill import ContactSkill
-from drake_aerial.perception.point_cloud import PointCloud
-from drake_aerial.transferring.parameters import TransferParameters
-from drake_aerial.transferring.transfer import transfer
+from drake_aerial.skill.contact_skill import ContactSkill
+from drake_aerial.skill.demonstration import Demonstration
+from drake_aerial.skill.learn import learn
 
 ARMS = ("task", "control", "paper", "kopicki", "centroid")
 TAUGHT = (0.68, 0.61, 0.28)
@@ -100,9 +109,20 @@ def top_centre(size: tuple[float, float, float]) -> np.ndarray:
 
 def rows() -> list[Row]:
     """Return all rows."""
-    square, small, large, long = (0.68, 0.68, 0.28), (0.45, 0.35, 0.25), (1.0, 0.8, 0.3), (0.9, 0.45, 0.25)
+    square, small, large, long = (
+        (0.68, 0.68, 0.28),
+        (0.45, 0.35, 0.25),
+        (1.0, 0.8, 0.3),
+        (0.9, 0.45, 0.25),
+    )
     table = [
-        Row("68x68x28", box_skill, box_query(square), top_centre(square), target="1.2 (2.5); paper 5"),
+        Row(
+            "68x68x28",
+            box_skill,
+            box_query(square),
+            top_centre(square),
+            target="1.2 (2.5); paper 5",
+        ),
         Row("45x35x25", box_skill, box_query(small), top_centre(small), target="1.2"),
         Row("100x80x30", box_skill, box_query(large), top_centre(large), target="1.5"),
         Row("90x45x25", box_skill, box_query(long), top_centre(long), target="1.5"),
@@ -120,8 +140,20 @@ def rows() -> list[Row]:
             top_centre(square),
             target="1.5",
         ),
-        Row("taught full, asked top", box_skill, box_query(square, "top"), top_centre(square), target="1.5"),
-        Row("5 mm noise", box_skill, box_query(square, noise=0.005), top_centre(square), target="2.0"),
+        Row(
+            "taught full, asked top",
+            box_skill,
+            box_query(square, "top"),
+            top_centre(square),
+            target="1.5",
+        ),
+        Row(
+            "5 mm noise",
+            box_skill,
+            box_query(square, noise=0.005),
+            top_centre(square),
+            target="2.0",
+        ),
     ]
     table += [
         Row(
@@ -200,7 +232,9 @@ def measure(row: Row, seed: int, method: str, scale: str) -> float:
     distances = []
     for solution in solutions.solutions:
         gap = solution.X_SG.p.mean(axis=0) - right
-        distances.append(100.0 * np.linalg.norm(gap[:, :2] if row.horizontal else gap, axis=1).min())
+        distances.append(
+            100.0 * np.linalg.norm(gap[:, :2] if row.horizontal else gap, axis=1).min()
+        )
     return float(np.median(distances))
 
 
@@ -218,10 +252,14 @@ def draw(row: Row, seeds: list[int], scale: str, folder: Path) -> None:
     for seed in seeds:
         cloud, X_SB = row.scan(np.random.default_rng(seed))
         for k, arm in ((1, "task"), (2, "control")):
-            found = transfer(skill, cloud, method=arm, seed=seed, parameters=TransferParameters(scale=scale))
+            found = transfer(
+                skill, cloud, method=arm, seed=seed, parameters=TransferParameters(scale=scale)
+            )
             contacts[k].append(transform(invert(X_SB), found[0].X_SG.p.mean(axis=0)))
         clouds[1] = clouds[2] = transform(invert(X_SB), cloud.points)
-    for k, title in enumerate(("demonstration", f"task, best of {len(seeds)} seeds each", "control: no votes")):
+    for k, title in enumerate(
+        ("demonstration", f"task, best of {len(seeds)} seeds each", "control: no votes")
+    ):
         p, c = clouds[k][:: max(len(clouds[k]) // 4000, 1)], np.array(contacts[k])
         for line, (i, j) in enumerate(((0, 1), (0, 2))):
             ax = axes[line, k]
@@ -247,12 +285,18 @@ def summary(values: list[float]) -> str:
 
 def run(table: list[Row | FormationRow], seeds: list[int], scale: str) -> None:
     """Fill and print the rows, one at a time."""
-    print("cm, median [min max] over", len(seeds), "seeds; one number per seed: the median of its best five")
+    print(
+        "cm, median [min max] over",
+        len(seeds),
+        "seeds; one number per seed: the median of its best five",
+    )
     for row in table:
         if isinstance(row, FormationRow):
             row.run(seeds, row.arms, TransferParameters(scale=scale))
             continue
-        arms = [(arm, arm, scale) for arm in row.arms] + [(mode, "task", mode) for mode in row.scales]
+        arms = [(arm, arm, scale) for arm in row.arms] + [
+            (mode, "task", mode) for mode in row.scales
+        ]
         start = time.perf_counter()
         for name, method, mode in arms:
             row.results[name] = [measure(row, seed, method, mode) for seed in seeds]
@@ -263,22 +307,35 @@ def run(table: list[Row | FormationRow], seeds: list[int], scale: str) -> None:
             closer = np.sum(np.array(row.results["task"]) < np.array(row.results["control"]))
             notes.append(f"task closer than control {closer}/{len(seeds)}")
         if row.limit is not None:
-            within = {name: sum(v <= row.limit for v in values) for name, values in row.results.items()}
-            notes.append(f"within {row.limit} cm: " + " ".join(f"{k} {v}" for k, v in within.items()))
+            within = {
+                name: sum(v <= row.limit for v in values) for name, values in row.results.items()
+            }
+            notes.append(
+                f"within {row.limit} cm: " + " ".join(f"{k} {v}" for k, v in within.items())
+            )
         if row.target:
             notes.append(f"target {row.target}")
-        print(f"{row.name:24s} {cells}\n{'':24s} {'; '.join(notes)} ({seconds:.1f} s per transfer)", flush=True)
+        print(
+            f"{row.name:24s} {cells}\n{'':24s} {'; '.join(notes)} ({seconds:.1f} s per transfer)",
+            flush=True,
+        )
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     table: list[Row | FormationRow] = [*rows(), *formation_rows(), *hard_formation_rows()]
     parser.add_argument("--rows", nargs="+", help="parts of row names; all by default")
     parser.add_argument("--seeds", default="100-109", help="first-last, both included")
     parser.add_argument("--arms", nargs="+", choices=ARMS, help="arms to run; all by default")
-    parser.add_argument("--scale", default="auto", help="scale mode of the votes outside the cut scans")
+    parser.add_argument(
+        "--scale", default="auto", help="scale mode of the votes outside the cut scans"
+    )
     parser.add_argument("--json", help="write every number to this file")
-    parser.add_argument("--pictures", help="draw the rows' best contacts into this folder instead of measuring")
+    parser.add_argument(
+        "--pictures", help="draw the rows' best contacts into this folder instead of measuring"
+    )
     parser.add_argument("--list", action="store_true", help="print the rows' names")
     options = parser.parse_args()
     if options.list:

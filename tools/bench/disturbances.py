@@ -16,14 +16,14 @@ from typing import Any
 
 import numpy as np
 
-from drake_aerial.control.disturbance import DisturbanceObserver
-from drake_aerial.control.trajectory import HoverTrajectory
+from drake_aerial.estimation.disturbance_observer import DisturbanceObserver
 from drake_aerial.plant.dryden import Dryden
 from drake_aerial.plant.payload import Payload
 from drake_aerial.plant.wind import WindParameters
-from drake_aerial.transport.flight import Flight
-from drake_aerial.transport.station import StationParameters
-from drake_aerial.transport.suspension import Suspension
+from drake_aerial.references.trajectory import HoverTrajectory
+from drake_aerial.simulation.flight import Flight
+from drake_aerial.simulation.station import StationParameters
+from drake_aerial.simulation.suspended_payload import Suspension
 
 LAGS = (0.0, 0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.07, 0.08)
 CONTACTS = {
@@ -34,18 +34,26 @@ CONTACTS = {
 # A smaller triangle, which stays on the box where it is shifted.
 SMALL = np.array([0.78, 0.78, 1.0]) * CONTACTS[3]
 BREEZE = WindParameters(mean=(1.0, 0.0, 0.0))
-GUSTY = WindParameters(mean=(1.0, 0.0, 0.0), gust=(0.0, 1.0, 0.0), turbulence=Dryden((0.3, 0.3, 0.2), (2.0, 2.0, 1.0)))
+GUSTY = WindParameters(
+    mean=(1.0, 0.0, 0.0), gust=(0.0, 1.0, 0.0), turbulence=Dryden((0.3, 0.3, 0.2), (2.0, 2.0, 1.0))
+)
 BELIEF = {"belief": "below_contact"}
 # What is wrong, the contacts, and how it is flown.
 DISTURBANCES: list[tuple[str, np.ndarray, dict[str, Any]]] = [
     *((f"nothing, circle, n = {n}", CONTACTS[n], {}) for n in (1, 3)),
-    *((f"wind 1 m/s, hover, n = {n}", CONTACTS[n], {"wind": BREEZE, "hover": True}) for n in (1, 3)),
+    *(
+        (f"wind 1 m/s, hover, n = {n}", CONTACTS[n], {"wind": BREEZE, "hover": True})
+        for n in (1, 3)
+    ),
     *(
         (f"mass x {ratio}, hover, n = {n}", CONTACTS[n], {"mass_ratio": ratio, "hover": True})
         for n in (1, 3)
         for ratio in (0.9, 1.1)
     ),
-    *((f"CoM {100 * x:.0f} cm, circle, n = 1", CONTACTS[1] + [x, 0.0, 0.0], BELIEF) for x in (0.1, 0.15, 0.2)),
+    *(
+        (f"CoM {100 * x:.0f} cm, circle, n = 1", CONTACTS[1] + [x, 0.0, 0.0], BELIEF)
+        for x in (0.1, 0.15, 0.2)
+    ),
     ("CoM 2.5 cm, circle, n = 2", CONTACTS[2] + [0.05, 0.0, 0.0], BELIEF),
     ("CoM 10 cm, circle, n = 3", SMALL + [0.0, 0.1, 0.0], BELIEF),
     ("CoM 10 cm, slack, n = 3", SMALL + [0.1, 0.0, 0.0], BELIEF),
@@ -55,15 +63,27 @@ DISTURBANCES: list[tuple[str, np.ndarray, dict[str, Any]]] = [
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--rows", nargs="+", choices=("lag", "observer"), default=["lag", "observer"])
+    parser.add_argument(
+        "--rows", nargs="+", choices=("lag", "observer"), default=["lag", "observer"]
+    )
     parser.add_argument("--seed", type=int, default=100, help="(default: 100)")
-    parser.add_argument("--only", default="", metavar="WORDS", help="rows of the observer whose name holds these words")
+    parser.add_argument(
+        "--only",
+        default="",
+        metavar="WORDS",
+        help="rows of the observer whose name holds these words",
+    )
     arguments = parser.parse_args()
     if "lag" in arguments.rows:
         for lag in LAGS:
             for lead in (False, True) if lag else (False,):
-                row = fly(CONTACTS[1], arguments.seed, parameters={"motor_lag": lag, "motor_lead": lead})
-                print(f"motor lag {1e3 * lag:3.0f} ms, lead {'on ' if lead else 'off'} | {row}", flush=True)
+                row = fly(
+                    CONTACTS[1], arguments.seed, parameters={"motor_lag": lag, "motor_lead": lead}
+                )
+                print(
+                    f"motor lag {1e3 * lag:3.0f} ms, lead {'on ' if lead else 'off'} | {row}",
+                    flush=True,
+                )
     if "observer" in arguments.rows:
         for name, contacts, how in DISTURBANCES:
             for observer in (None, DisturbanceObserver()) if arguments.only in name else ():
@@ -100,7 +120,10 @@ def fly(
         return f"{m['outcome']} at {m['outcome_time_s']:.1f} s: {m['outcome_reason']}"
     last = np.linalg.norm(s["payload_position"] - s["reference_position"], axis=1)[-300:]
     words = [f"RMSE {100 * m['position_rmse_m']:6.2f} cm", f"last 3 s {100 * last.mean():6.2f} cm"]
-    words += [f"saturated {100 * m['saturated_fraction']:4.1f} %", f"MPC {m['timing']['mpc_step_ms']['mean']:.2f} ms"]
+    words += [
+        f"saturated {100 * m['saturated_fraction']:4.1f} %",
+        f"MPC {m['timing']['mpc_step_ms']['mean']:.2f} ms",
+    ]
     return ", ".join(words)
 
 

@@ -36,8 +36,25 @@ WANTED = 5.0
 HOVER = "kind: hover\nhover_time: 1.0\n"
 VERBS = {
     "learn": ["learn", "flat", "--out", "skill.npz"],
-    "transfer": ["transfer", "skill.npz", "scan.npz", "--out", "contacts.json", "--html", "contacts.html"],
-    "fly": ["fly", "contacts.json", "--mass", "0.25", "--trajectory", "hover.yaml", "--out", "flight"],
+    "transfer": [
+        "transfer",
+        "skill.npz",
+        "scan.npz",
+        "--out",
+        "contacts.json",
+        "--html",
+        "contacts.html",
+    ],
+    "fly": [
+        "fly",
+        "contacts.json",
+        "--mass",
+        "0.25",
+        "--trajectory",
+        "hover.yaml",
+        "--out",
+        "flight",
+    ],
     "view": ["view", "flight/trial.npz", "--out", "flight.html"],
     "demo": ["demo", "--out", "demo"],
 }
@@ -87,11 +104,13 @@ def python_jobs() -> dict[str, Callable[[], object]]:
 
     def flying():
         import drake_aerial as da
-        from drake_aerial.control.trajectory import HoverTrajectory
-        from drake_aerial.transport.flight import Flight
-        from drake_aerial.transport.suspension import Suspension
+        from drake_aerial.references.trajectory import HoverTrajectory
+        from drake_aerial.simulation.flight import Flight
+        from drake_aerial.simulation.suspended_payload import Suspension
 
-        held = Suspension.hang(da.Payload.read("box_68x68x28"), [[0.0, 0.0, 0.14]], [[0.0, 0.0, 1.0]])
+        held = Suspension.hang(
+            da.Payload.read("box_68x68x28"), [[0.0, 0.0, 0.14]], [[0.0, 0.0, 1.0]]
+        )
         return Flight(held, trajectory=HoverTrajectory(hover_time=1.0)).run(0)
 
     return {"learn": learning, "transfer": transferring, "Flight.run": flying}
@@ -112,7 +131,9 @@ def be_the_newcomer(what: str, started: float) -> None:
         raise RuntimeError("the fresh copy was not the one imported")
     first = {name: timed(job) for name, job in jobs.items()}
     second = {name: timed(job) for name, job in jobs.items()}
-    total = [tuple(sum(took[k] for took in calls.values()) for k in (0, 1)) for calls in (first, second)]
+    total = [
+        tuple(sum(took[k] for took in calls.values()) for k in (0, 1)) for calls in (first, second)
+    ]
     parts = {name: first[name][1] - second[name][1] for name in jobs}
     print(json.dumps({"start": start, "first": total[0], "second": total[1], "parts": parts}))
 
@@ -122,13 +143,27 @@ def newcomer(what: str, place: Path) -> Waits:
     keep = ("PATH", "LANG", "LD_LIBRARY_PATH", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
     environment = {key: os.environ[key] for key in keep if key in os.environ}
     environment |= {"HOME": str(place / "home"), "PYTHONPATH": str(place / "installed")}
-    command = [sys.executable, "-X", "importtime", str(Path(__file__).resolve()), "--newcomer", what, str(time.time())]
-    done = subprocess.run(command, cwd=place, env=environment, capture_output=True, text=True, check=False)
+    command = [
+        sys.executable,
+        "-X",
+        "importtime",
+        str(Path(__file__).resolve()),
+        "--newcomer",
+        what,
+        str(time.time()),
+    ]
+    done = subprocess.run(
+        command, cwd=place, env=environment, capture_output=True, text=True, check=False
+    )
     if done.returncode:
-        told = "\n".join(line for line in done.stderr.splitlines() if not line.startswith("import time:"))
+        told = "\n".join(
+            line for line in done.stderr.splitlines() if not line.startswith("import time:")
+        )
         raise RuntimeError(f"{what} failed:\n{told}")
     told = [line.split("|") for line in done.stderr.splitlines() if line.startswith("import time:")]
-    imports = sum(int(line[0].removeprefix("import time:")) for line in told if line[0].split()[-1].isdigit())
+    imports = sum(
+        int(line[0].removeprefix("import time:")) for line in told if line[0].split()[-1].isdigit()
+    )
     return Waits(**json.loads(done.stdout.splitlines()[-1]), imports=1e-6 * imports)
 
 
@@ -137,7 +172,9 @@ def fresh_copy(place: Path) -> Path:
     import drake_aerial
 
     package = Path(drake_aerial.__file__).parent
-    shutil.copytree(package, place / "installed" / package.name, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(
+        package, place / "installed" / package.name, ignore=shutil.ignore_patterns("__pycache__")
+    )
     if not (package / "share" / "models").exists():
         shutil.copytree(package.parent / "models", place / "installed" / "models")
     (place / "home").mkdir()
@@ -159,14 +196,21 @@ def make_inputs(place: Path) -> None:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--only", nargs="+", choices=("python", "verbs", "demo"), default=("python", "verbs", "demo"))
+    parser.add_argument(
+        "--only",
+        nargs="+",
+        choices=("python", "verbs", "demo"),
+        default=("python", "verbs", "demo"),
+    )
     parser.add_argument("--newcomer", nargs=2, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.newcomer:
         be_the_newcomer(arguments.newcomer[0], float(arguments.newcomer[1]))
         return 0
     groups = {"python": ["python"], "verbs": ["learn", "transfer", "fly", "view"], "demo": ["demo"]}
-    print(f"{'':<10}{'imports s':>10}{'second call s':>15}{'warm-up s':>11}{'CPU s':>7}{'next time s':>13}{'CPU s':>7}")
+    print(
+        f"{'':<10}{'imports s':>10}{'second call s':>15}{'warm-up s':>11}{'CPU s':>7}{'next time s':>13}{'CPU s':>7}"
+    )
     missed = []
     with tempfile.TemporaryDirectory() as folder:
         inputs = Path(folder) / "inputs"
@@ -187,12 +231,15 @@ def main() -> int:
                     flush=True,
                 )
             if name == "python":
-                told = ", ".join(f"{part} {cpu:.2f}" for part, cpu in (new["python"].parts or {}).items())
+                told = ", ".join(
+                    f"{part} {cpu:.2f}" for part, cpu in (new["python"].parts or {}).items()
+                )
                 print(f"{'':<10}first call less second, CPU s: {told}")
             worst = max(waits.warm_up[1] for waits in new.values())
             missed += [name] * (worst > WANTED)
     print(
-        f"wanted: at most {WANTED:g} s of CPU in any process" + (f"; MISSED by {', '.join(missed)}" if missed else "")
+        f"wanted: at most {WANTED:g} s of CPU in any process"
+        + (f"; MISSED by {', '.join(missed)}" if missed else "")
     )
     return int(bool(missed))
 

@@ -25,11 +25,11 @@ import formation_flights
 import numpy as np
 
 from drake_aerial.plant.payload import Payload
-from drake_aerial.transport.beliefs import BELIEFS
-from drake_aerial.transport.flight import Flight
-from drake_aerial.transport.flight_options import CONTROLLERS
-from drake_aerial.transport.station import StationParameters
-from drake_aerial.transport.suspension import Suspension
+from drake_aerial.simulation.beliefs import BELIEFS
+from drake_aerial.simulation.flight import Flight
+from drake_aerial.simulation.flight_options import CONTROLLERS
+from drake_aerial.simulation.station import StationParameters
+from drake_aerial.simulation.suspended_payload import Suspension
 
 OFFSETS = (0.0, 0.02, 0.05, 0.10, 0.15, 0.20)
 # Rows: group, controller, belief, offset of the contact along the box's long side [m].
@@ -39,7 +39,11 @@ ROWS = (
     + [("beliefs", "mpc", belief, offset) for belief in BELIEFS for offset in OFFSETS]
 )
 # Upper limits on the mean over the seeds [cm]: circle and hover, circle alone.
-LIMITS = {("mpc", "true", 0.0): (0.8, 0.95), ("mpc", "true", 0.1): (0.9, None), ("mpc", "true", 0.2): (0.9, None)}
+LIMITS = {
+    ("mpc", "true", 0.0): (0.8, 0.95),
+    ("mpc", "true", 0.1): (0.9, None),
+    ("mpc", "true", 0.2): (0.9, None),
+}
 
 
 def main() -> int:
@@ -48,11 +52,17 @@ def main() -> int:
     rows = [
         row
         for row in ROWS
-        if row[0] in arguments.rows and row[1] in arguments.controllers and row[2] in arguments.beliefs
+        if row[0] in arguments.rows
+        and row[1] in arguments.controllers
+        and row[2] in arguments.beliefs
     ]
-    print(f"seeds {seeds.start}..{seeds.stop - 1}, noise {100 * arguments.noise:g} cm, cable {arguments.cable}\n")
+    print(
+        f"seeds {seeds.start}..{seeds.stop - 1}, noise {100 * arguments.noise:g} cm, cable {arguments.cable}\n"
+    )
     failed = fly_one(rows, seeds, arguments) if rows else False
-    groups = [g for g in formation_flights.GROUPS if g in arguments.rows or "formations" in arguments.rows]
+    groups = [
+        g for g in formation_flights.GROUPS if g in arguments.rows or "formations" in arguments.rows
+    ]
     failed |= fly_several(groups, seeds) if groups else False
     return int(failed and arguments.check)
 
@@ -69,7 +79,9 @@ def fly_several(groups: list[str], seeds: range) -> bool:
     return not all(good for _, good in verdicts)
 
 
-def fly_one(rows: list[tuple[str, str, str, float]], seeds: range, arguments: argparse.Namespace) -> bool:
+def fly_one(
+    rows: list[tuple[str, str, str, float]], seeds: range, arguments: argparse.Namespace
+) -> bool:
     """Fly rows of one quadrotor and print them; return whether a limit is missed."""
     known: dict[tuple[str, str, float], dict[str, Any]] = {}
     print(
@@ -84,19 +96,28 @@ def fly_one(rows: list[tuple[str, str, str, float]], seeds: range, arguments: ar
         row = known[key]
         verdict = judge(key, row) if group != "beliefs" else ""
         failed |= "OVER" in verdict
-        print(f"{group:<11}{controller:<14}{belief:<15}{100 * offset:>4.0f} cm | {show(row)} {verdict}", flush=True)
+        print(
+            f"{group:<11}{controller:<14}{belief:<15}{100 * offset:>4.0f} cm | {show(row)} {verdict}",
+            flush=True,
+        )
     timed = [row for (controller, _, _), row in known.items() if controller == "mpc"]
     if timed:
         step = np.mean([row["step_ms"] for row in timed])
         speed = np.mean([row["speed"] for row in timed])
-        print(f"\nMPC step {step:.2f} ms mean (limit 4); {speed:.2f} simulated s per CPU s (limit 4)")
+        print(
+            f"\nMPC step {step:.2f} ms mean (limit 4); {speed:.2f} simulated s per CPU s (limit 4)"
+        )
         failed |= step > 4.0 or speed < 4.0
     if arguments.json:
-        arguments.json.write_text(json.dumps([{"row": key, **row} for key, row in known.items()], indent=1) + "\n")
+        arguments.json.write_text(
+            json.dumps([{"row": key, **row} for key, row in known.items()], indent=1) + "\n"
+        )
     return failed
 
 
-def fly_row(controller: str, belief: str, offset: float, seeds: range, arguments: argparse.Namespace) -> dict[str, Any]:
+def fly_row(
+    controller: str, belief: str, offset: float, seeds: range, arguments: argparse.Namespace
+) -> dict[str, Any]:
     """Fly one row's seeds and return their metrics."""
     parameters = StationParameters(noise=arguments.noise)
     parameters = replace(parameters, cable=replace(parameters.cable, kind=arguments.cable))
@@ -111,7 +132,9 @@ def fly_row(controller: str, belief: str, offset: float, seeds: range, arguments
     trials = [flight.run(seed).metrics for seed in seeds]
     cpu = time.process_time() - began
     done = [m for m in trials if m["outcome"] == "completed"]
-    steps = [m["timing"]["mpc_step_ms"] for m in trials if m["timing"]["mpc_step_ms"]["mean"] is not None]
+    steps = [
+        m["timing"]["mpc_step_ms"] for m in trials if m["timing"]["mpc_step_ms"]["mean"] is not None
+    ]
     return {
         "rmse_cm": [100 * m["position_rmse_m"] for m in done],
         "circle_cm": [100 * m["circle_position_rmse_m"] for m in done],
@@ -146,7 +169,9 @@ def judge(key: tuple[str, str, float], row: dict[str, Any]) -> str:
     if set(row["outcomes"]) != {"completed"}:
         return "OVER (not all completed)"
     both, circle = LIMITS[key]
-    good = np.mean(row["rmse_cm"]) <= both and (circle is None or np.mean(row["circle_cm"]) <= circle)
+    good = np.mean(row["rmse_cm"]) <= both and (
+        circle is None or np.mean(row["circle_cm"]) <= circle
+    )
     limits = f"<= {both}" + (f", circle <= {circle}" if circle else "")
     return f"{'ok' if good else 'OVER'} ({limits})"
 
@@ -154,12 +179,18 @@ def judge(key: tuple[str, str, float], row: dict[str, Any]) -> str:
 def parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     groups = [*dict.fromkeys(row[0] for row in ROWS), "formations"]
-    parser.add_argument("--rows", nargs="+", choices=[*groups, *formation_flights.GROUPS], default=groups)
-    parser.add_argument("--controllers", nargs="+", choices=list(CONTROLLERS), default=list(CONTROLLERS))
+    parser.add_argument(
+        "--rows", nargs="+", choices=[*groups, *formation_flights.GROUPS], default=groups
+    )
+    parser.add_argument(
+        "--controllers", nargs="+", choices=list(CONTROLLERS), default=list(CONTROLLERS)
+    )
     parser.add_argument("--beliefs", nargs="+", choices=BELIEFS, default=list(BELIEFS))
     parser.add_argument("--seeds", type=int, default=10, help="how many (default: 10)")
     parser.add_argument("--first-seed", type=int, default=100, help="(default: 100)")
-    parser.add_argument("--noise", type=float, default=0.01, help="of the measured position [m] (default: 0.01)")
+    parser.add_argument(
+        "--noise", type=float, default=0.01, help="of the measured position [m] (default: 0.01)"
+    )
     parser.add_argument("--cable", choices=("inextensible", "elastic"), default="inextensible")
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write every number there")
     parser.add_argument("--check", action="store_true", help="exit 1 if a limit is not kept")

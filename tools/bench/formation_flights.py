@@ -15,18 +15,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from drake_aerial.control.flatness import reference_table
-from drake_aerial.control.trajectory import Trajectory, TransportTrajectory
+from drake_aerial.dynamics.flatness import reference_table
 from drake_aerial.geometry import matrix_from_quat
 from drake_aerial.plant.dryden import LOWEST, Dryden
 from drake_aerial.plant.gripper import GripperParameters
 from drake_aerial.plant.payload import TABLE_INERTIA, Payload
 from drake_aerial.plant.wind import WindParameters
-from drake_aerial.transport.flight import Flight
-from drake_aerial.transport.flight_options import FlightOptions
-from drake_aerial.transport.station_parameters import StationParameters
-from drake_aerial.transport.suspension import Suspension
-from drake_aerial.transport.trial_result import TrialResult
+from drake_aerial.references.trajectory import Trajectory, TransportTrajectory
+from drake_aerial.simulation.flight import Flight
+from drake_aerial.simulation.flight_options import FlightOptions
+from drake_aerial.simulation.station_parameters import StationParameters
+from drake_aerial.simulation.suspended_payload import Suspension
+from drake_aerial.simulation.trial_result import TrialResult
 
 Array = NDArray[np.float64]
 
@@ -37,7 +37,9 @@ CONSTANT = TransportTrajectory.airborne(timing="constant", hover_time=2.0)
 # Steps that both kinds of cable allow.
 EXACT = StationParameters(noise=0.0, perception_period=0.01, time_step=0.002)
 # There force and moments are held for 10 ms. The hold comes two steps after the sensor, so steps are short.
-PUBLISHED = replace(EXACT, attitude_period=0.01, time_step=0.0005, gripper=GripperParameters(mass=1e-6))
+PUBLISHED = replace(
+    EXACT, attitude_period=0.01, time_step=0.0005, gripper=GripperParameters(mass=1e-6)
+)
 
 
 def hang(payload: Payload, contacts: ArrayLike) -> Suspension:
@@ -62,7 +64,8 @@ def triangle() -> Suspension:
     """The hollow triangle with its three grippers as they were demonstrated."""
     angles = 2.0 * np.pi * np.arange(3) / 3
     return hang(
-        Payload.read("hollow_triangle"), np.column_stack([0.32 * np.cos(angles), 0.32 * np.sin(angles), [0.06] * 3])
+        Payload.read("hollow_triangle"),
+        np.column_stack([0.32 * np.cos(angles), 0.32 * np.sin(angles), [0.06] * 3]),
     )
 
 
@@ -77,25 +80,35 @@ class Row:
     seeds: int = 100
 
 
-def mpc(trajectory: Trajectory = GROUND, cable: str = "inextensible", **changes: Any) -> FlightOptions:
+def mpc(
+    trajectory: Trajectory = GROUND, cable: str = "inextensible", **changes: Any
+) -> FlightOptions:
     return FlightOptions("true", "mpc", trajectory, cable, **changes)
 
 
 def geometric(name: str, cable: str = "inextensible") -> FlightOptions:
-    return FlightOptions("true", name, AIRBORNE, cable, parameters=EXACT, controller_options={"period": 0.01})
+    return FlightOptions(
+        "true", name, AIRBORNE, cable, parameters=EXACT, controller_options={"period": 0.01}
+    )
 
 
 def published(**changes: Any) -> FlightOptions:
-    return replace(geometric("geometric"), trajectory=CONSTANT, parameters=replace(PUBLISHED, **changes))
+    return replace(
+        geometric("geometric"), trajectory=CONSTANT, parameters=replace(PUBLISHED, **changes)
+    )
 
 
 WIND = (0.8, 0.6, 0.0)
 DISTURBANCES: dict[str, dict[str, Any]] = {
     "nothing of it": {},
     "wind 1 m/s": {"parameters": StationParameters(wind=WindParameters(WIND))},
-    "gust of 2 m/s": {"parameters": StationParameters(wind=WindParameters(gust=(0.0, 2.0, 0.0), gust_start=12.0))},
+    "gust of 2 m/s": {
+        "parameters": StationParameters(wind=WindParameters(gust=(0.0, 2.0, 0.0), gust_start=12.0))
+    },
     "wind 1 m/s, Dryden": {
-        "parameters": StationParameters(wind=WindParameters(WIND, turbulence=Dryden.low_altitude(LOWEST, 2.0)))
+        "parameters": StationParameters(
+            wind=WindParameters(WIND, turbulence=Dryden.low_altitude(LOWEST, 2.0))
+        )
     },
     "mass believed 0.9 times": {"mass_ratio": 0.9},
     "mass believed 1.1 times": {"mass_ratio": 1.1},
@@ -108,7 +121,12 @@ ROWS = [
     Row("parts", "steps of 2 ms", published(time_step=0.002), seeds=1),
     Row("parts", "attitude loop not held", published(attitude_period=0.0), seeds=1),
     Row("parts", "grippers of 2 g", published(gripper=GripperParameters()), seeds=1),
-    Row("parts", "the station as it is", replace(published(), parameters=replace(EXACT, time_step=None)), seeds=1),
+    Row(
+        "parts",
+        "the station as it is",
+        replace(published(), parameters=replace(EXACT, time_step=None)),
+        seeds=1,
+    ),
     Row("feed_forward", "geometric_ff", geometric("geometric_ff"), seeds=1),
     Row("feed_forward", "geometric_ff, elastic", geometric("geometric_ff", "elastic"), seeds=1),
     Row("feed_forward", "geometric", geometric("geometric"), seeds=1),
@@ -118,10 +136,17 @@ ROWS = [
     Row("ground", "mpc, elastic, from the ground", mpc(cable="elastic"), seeds=3),
     *(Row("sizes", f"mpc, n = {n}, box", mpc(), partial(box, n), 3) for n in (2, 3, 4, 6)),
     Row("sizes", "mpc, n = 3, hollow triangle", mpc(), triangle, 3),
-    *(Row("disturbed", name, mpc(**change), partial(box, 3), 3) for name, change in DISTURBANCES.items()),
+    *(
+        Row("disturbed", name, mpc(**change), partial(box, 3), 3)
+        for name, change in DISTURBANCES.items()
+    ),
     *(
         Row(
-            "disturbed", f"{name}, integral", mpc(controller_options=INTEGRAL, **DISTURBANCES[name]), partial(box, 3), 3
+            "disturbed",
+            f"{name}, integral",
+            mpc(controller_options=INTEGRAL, **DISTURBANCES[name]),
+            partial(box, 3),
+            3,
         )
         for name in ("wind 1 m/s", "wind 1 m/s, Dryden", "mass believed 0.9 times")
     ),
@@ -143,12 +168,28 @@ class Target:
 
 
 TARGETS = [
-    Target("geometric, constant rate", "circle RMSE", lambda f: f["circle"].max() / 100, "m", 0.135, 0.139),
-    Target("geometric, constant rate", "peak of the run", lambda f: f["peak"].max() / 100, "m", 0.475, 0.485),
+    Target(
+        "geometric, constant rate",
+        "circle RMSE",
+        lambda f: f["circle"].max() / 100,
+        "m",
+        0.135,
+        0.139,
+    ),
+    Target(
+        "geometric, constant rate",
+        "peak of the run",
+        lambda f: f["peak"].max() / 100,
+        "m",
+        0.475,
+        0.485,
+    ),
     Target("geometric_ff", "circle RMSE", lambda f: f["circle"].max(), "cm", 0.0, 7.0),
     Target("mpc", "circle RMSE, worst seed", lambda f: f["circle"].max(), "cm", 0.0, 0.7),
     Target("mpc", "hover RMSE, worst seed", lambda f: f["hover"].max(), "cm", 0.0, 0.4),
-    Target("mpc", "payload attitude rms, worst seed", lambda f: f["attitude"].max(), "deg", 0.0, 0.5),
+    Target(
+        "mpc", "payload attitude rms, worst seed", lambda f: f["attitude"].max(), "deg", 0.0, 0.5
+    ),
     Target("mpc, from the ground", "RMSE, worst seed", lambda f: f["rmse"].max(), "cm", 0.0, 0.8),
     *(
         Target(
@@ -162,7 +203,10 @@ TARGETS = [
         )
         for row, other in (("mpc", "mpc, elastic"), ("geometric_ff", "geometric_ff, elastic"))
     ),
-    *(Target(f"mpc, n = {n}, box", "flights completed", lambda f: f["completed"], "", 1.0, 1.0) for n in (2, 4, 6)),
+    *(
+        Target(f"mpc, n = {n}, box", "flights completed", lambda f: f["completed"], "", 1.0, 1.0)
+        for n in (2, 4, 6)
+    ),
     Target("mpc", "MPC step, mean", lambda f: f["step_ms"], "ms", 0.0, 4.0),
     Target("mpc", "simulated s per CPU s", lambda f: f["speed"], "", 4.0, np.inf),
 ]
@@ -197,7 +241,9 @@ def fly_row(row: Row, seeds: range) -> dict[str, Any]:
         "swing": np.array([rms(swing(flight, t)[at(t, "circle", "hover")]) for t in done]),
         "slack": 100 * np.array([m["slack_fraction"] for m in metrics]),
         "outcomes": dict(Counter(t.outcome for t in trials)),
-        "reasons": sorted({t.metrics["outcome_reason"] for t in trials if t.metrics["outcome_reason"]}),
+        "reasons": sorted(
+            {t.metrics["outcome_reason"] for t in trials if t.metrics["outcome_reason"]}
+        ),
         "completed": len(done) / len(trials),
         "step_ms": float(np.mean(steps)) if steps else float("nan"),
         "speed": float(np.mean([s["real_time_factor"] for s in times])),
@@ -210,7 +256,9 @@ def at(trial: TrialResult, *phases: str) -> NDArray[np.bool_]:
 
 def error(trial: TrialResult) -> Array:
     """Return the position error (T,) [cm]."""
-    return 100 * np.linalg.norm(trial.series["payload_position"] - trial.series["reference_position"], axis=1)
+    return 100 * np.linalg.norm(
+        trial.series["payload_position"] - trial.series["reference_position"], axis=1
+    )
 
 
 def swing(flight: Flight, trial: TrialResult) -> Array:
@@ -234,7 +282,15 @@ def show(row: Row, f: dict[str, Any]) -> str:
     """Return a row of the table under `HEADER`."""
     outcomes = ", ".join(f"{count} {name}" for name, count in sorted(f["outcomes"].items()))
     reasons = f"  ({'; '.join(f['reasons'])})" if f["reasons"] else ""
-    numbers = " | ".join([f"{'-':>9} {'-':>6}", f"{'-':>6} {'-':>6}", f"{'-':>6}", f"{'-':>12} {'-':>11}", f"{'-':>7}"])
+    numbers = " | ".join(
+        [
+            f"{'-':>9} {'-':>6}",
+            f"{'-':>6} {'-':>6}",
+            f"{'-':>6}",
+            f"{'-':>12} {'-':>11}",
+            f"{'-':>7}",
+        ]
+    )
     if len(f["rmse"]):
         numbers = (
             f"{f['circle'].mean():9.2f} {f['circle'].max():6.2f} | {f['hover'].mean():6.2f} {f['hover'].max():6.2f} | "
@@ -254,7 +310,14 @@ def judge(flown: dict[str, dict[str, Any]]) -> Iterator[tuple[str, bool]]:
         good = all(f["completed"] == 1.0 for f in figures)
         value = float(target.figure(*figures)) if good else float("nan")
         good = good and target.low <= value <= target.high
-        limits = f"{target.low:g} .. {target.high:g}" if target.low and np.isfinite(target.high) else ""
-        limits = limits or (f"<= {target.high:g}" if np.isfinite(target.high) else f">= {target.low:g}")
+        limits = (
+            f"{target.low:g} .. {target.high:g}" if target.low and np.isfinite(target.high) else ""
+        )
+        limits = limits or (
+            f"<= {target.high:g}" if np.isfinite(target.high) else f">= {target.low:g}"
+        )
         name = f"{target.row}: {target.name}"
-        yield f"{name:<66} {value:9.4g} {target.unit:<4} {limits:<16} {'ok' if good else 'MISS'}", good
+        yield (
+            f"{name:<66} {value:9.4g} {target.unit:<4} {limits:<16} {'ok' if good else 'MISS'}",
+            good,
+        )

@@ -24,13 +24,13 @@ from itertools import permutations
 import numpy as np
 from scans import Z, box_mesh, box_query, box_scan, curved_mesh, mesh_points, placed
 
+from drake_aerial.cloud.point_cloud import PointCloud
+from drake_aerial.contacts.parameters import TransferParameters
+from drake_aerial.contacts.transfer import transfer
 from drake_aerial.geometry import Pose, invert, quat_about_axis, rotate, transform
-from drake_aerial.learning.demonstration import Demonstration
-from drake_aerial.learning.learn import learn
-from drake_aerial.learning.skill import ContactSkill
-from drake_aerial.perception.point_cloud import PointCloud
-from drake_aerial.transferring.parameters import TransferParameters
-from drake_aerial.transferring.transfer import transfer
+from drake_aerial.skill.contact_skill import ContactSkill
+from drake_aerial.skill.demonstration import Demonstration
+from drake_aerial.skill.learn import learn
 
 COLUMNS = ("centre", "layout", "placed", "surface", "share", "infeasible")
 NOISE = 0.001
@@ -68,20 +68,30 @@ class FormationRow:
     def measure(self, seed: int, method: str, parameters: TransferParameters) -> dict[str, float]:
         """Return this seed's number in every column."""
         cloud, X_SB = self.scan(np.random.default_rng(seed))
-        solutions = transfer(self.skill(), cloud, method=method, seed=seed, parameters=parameters).solutions
+        solutions = transfer(
+            self.skill(), cloud, method=method, seed=seed, parameters=parameters
+        ).solutions
         grippers = [transform(invert(X_SB), solution.X_SG.p) for solution in solutions]
         seen = np.array([1.0, 1.0, float(self.levelled)])
         columns = {
             "centre": [100.0 * centre_error(p, self.ideals) for p in grippers],
-            "layout": [100.0 * layout_error(p * seen, self.ideals[0] * seen, self.free_scale) for p in grippers],
+            "layout": [
+                100.0 * layout_error(p * seen, self.ideals[0] * seen, self.free_scale)
+                for p in grippers
+            ],
             "placed": [100.0 * placed_error(p, self.ideals) for p in grippers],
             "surface": [1000.0 * surface_distance(p, self.mesh()) for p in grippers],
             "share": [smallest_share(p) for p in grippers],
         }
         if not self.oriented:
             del columns["placed"]
-        values = {name: float((np.max if name == "surface" else np.median)(c)) for name, c in columns.items()}
-        return values | {"infeasible": float(np.mean([not solution.feasible for solution in solutions]))}
+        values = {
+            name: float((np.max if name == "surface" else np.median)(c))
+            for name, c in columns.items()
+        }
+        return values | {
+            "infeasible": float(np.mean([not solution.feasible for solution in solutions]))
+        }
 
     def run(self, seeds: list[int], arms: tuple[str, ...], parameters: TransferParameters) -> None:
         """Measure and print the row, each arm as soon as it is known."""
@@ -91,7 +101,9 @@ class FormationRow:
             start = time.process_time()
             numbers = [self.measure(seed, arm, parameters) for seed in seeds]
             seconds = (time.process_time() - start) / len(seeds)
-            columns = self.results[arm] = {name: [values[name] for values in numbers] for name in numbers[0]}
+            columns = self.results[arm] = {
+                name: [values[name] for values in numbers] for name in numbers[0]
+            }
             cells = [f"{name} {_cell(name, values)}" for name, values in columns.items()]
             print(f"    {arm:9s} {'  '.join(cells)}  ({seconds:.1f} CPU s)", flush=True)
         if "task" in self.results:
@@ -104,10 +116,14 @@ class FormationRow:
         for name, limit in {"surface": SURFACE, "infeasible": INFEASIBLE, **self.limits}.items():
             value = float(_OVER_SEEDS.get(name, np.median)(task[name]))
             kept = value >= limit if name == "share" else value <= limit
-            lines.append(f"{name} {value:.2f} {'>=' if name == 'share' else '<='} {limit:g} {_verdict(kept)}")
+            lines.append(
+                f"{name} {value:.2f} {'>=' if name == 'share' else '<='} {limit:g} {_verdict(kept)}"
+            )
         if "control" in self.results:
             closer = np.array(task["centre"]) < np.array(self.results["control"]["centre"])
-            lines.append(f"closer than control {closer.sum()}/{len(closer)} {_verdict(closer.mean() >= CLOSER)}")
+            lines.append(
+                f"closer than control {closer.sum()}/{len(closer)} {_verdict(closer.mean() >= CLOSER)}"
+            )
         return lines
 
 
@@ -225,7 +241,12 @@ def irregular_on(size: tuple[float, float, float]) -> np.ndarray:
     centre = IRREGULAR.mean(axis=0)
     layout = (IRREGULAR - centre) * np.sqrt(ratio[0] * ratio[1])
     turns = range(4) if size[0] == size[1] else (0, 2)
-    return np.array([rotate(quat_about_axis(Z, np.asarray(0.5 * np.pi * k)), layout + centre * ratio) for k in turns])
+    return np.array(
+        [
+            rotate(quat_about_axis(Z, np.asarray(0.5 * np.pi * k)), layout + centre * ratio)
+            for k in turns
+        ]
+    )
 
 
 def formation_rows() -> list[FormationRow]:

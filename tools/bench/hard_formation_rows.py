@@ -21,11 +21,11 @@ from formation_rows import (
 )
 from scans import Z, box_query, camera_query, mesh_points, mesh_query, terrace_mesh
 
+from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.geometry import quat_about_axis, rotate
-from drake_aerial.learning.demonstration import Demonstration
-from drake_aerial.learning.learn import learn
-from drake_aerial.learning.skill import ContactSkill
-from drake_aerial.perception.point_cloud import PointCloud
+from drake_aerial.skill.contact_skill import ContactSkill
+from drake_aerial.skill.demonstration import Demonstration
+from drake_aerial.skill.learn import learn
 
 ARMS = ("task", "control", "centroid")
 Size = tuple[float, float, float]
@@ -34,7 +34,9 @@ ON_STEP = np.array([[0.30, 0.03], [-0.28, 0.33], [-0.28, -0.33]])
 ON_TOWER = np.array([[0.40, 0.0], [-0.30, 0.36], [-0.30, -0.36], [0.0, 0.0]])
 TWO = np.array([[0.36, 0.10], [-0.30, 0.10]])
 FOUR = np.array([[0.36, 0.34], [-0.36, 0.34], [-0.36, -0.34], [0.36, -0.34]])
-SIX = np.column_stack([0.40 * np.cos(np.arange(6) * np.pi / 3.0), 0.42 * np.sin(np.arange(6) * np.pi / 3.0)])
+SIX = np.column_stack(
+    [0.40 * np.cos(np.arange(6) * np.pi / 3.0), 0.42 * np.sin(np.arange(6) * np.pi / 3.0)]
+)
 
 
 @cache
@@ -67,7 +69,9 @@ def on_top(mesh, xy: np.ndarray) -> np.ndarray:
     return np.column_stack([xy, heights])
 
 
-def places(mesh, taught: Size, size: Size, parts: np.ndarray, turns: tuple[int, ...] = (0,)) -> np.ndarray:
+def places(
+    mesh, taught: Size, size: Size, parts: np.ndarray, turns: tuple[int, ...] = (0,)
+) -> np.ndarray:
     """Return the right gripper positions (K, n, 3) on a mesh of sides `size`, one entry for each of its quarter `turns`
     onto itself.
     """
@@ -90,7 +94,9 @@ def mesh_skill(mesh_of: Callable, taught: tuple, parts: tuple) -> ContactSkill:
     return learn(Demonstration.make(cloud, p, name=mesh_of.__name__))
 
 
-def _own(name: str, mesh_of: Callable, taught: tuple, asked: tuple, parts: np.ndarray, turns=(0,)) -> FormationRow:
+def _own(
+    name: str, mesh_of: Callable, taught: tuple, asked: tuple, parts: np.ndarray, turns=(0,)
+) -> FormationRow:
     """Return the row of a formation taught on one object of a kind and asked on another."""
     frozen = tuple(map(tuple, parts))
     return FormationRow(
@@ -133,7 +139,14 @@ def hard_formation_rows() -> list[FormationRow]:
         _own("levels: step to 100x80, +15", step, (low, 0.1), ((1.0, 0.8, 0.25), 0.15), ON_STEP),
         _own("levels: tower to 90x80, +25", tower, (wide, 0.25), (wide, 0.25), ON_TOWER, (0, 2)),
         _own("levels: tower to 90x80, +10", tower, (wide, 0.25), (wide, 0.1), ON_TOWER, (0, 2)),
-        _own("levels: tower to 120x100, +35", tower, (wide, 0.25), ((1.2, 1.0, 0.25), 0.35), ON_TOWER, (0, 2)),
+        _own(
+            "levels: tower to 120x100, +35",
+            tower,
+            (wide, 0.25),
+            ((1.2, 1.0, 0.25), 0.35),
+            ON_TOWER,
+            (0, 2),
+        ),
         _own("team: two, off-centre, to 100x80", _box, (TAUGHT,), (large,), TWO, (0, 2)),
         _own("team: four to 100x80", _box, (TAUGHT,), (large,), FOUR, (0, 2)),
         _own("team: six to 140x100", _box, ((1.1, 0.9, 0.3),), ((1.4, 1.0, 0.3),), SIX, (0, 2)),

@@ -24,11 +24,19 @@ from dataclasses import replace
 import numpy as np
 import trimesh
 
-from drake_aerial import ContactSkill, Demonstration, Payload, PointCloud, learn, read_skill, transfer
+from drake_aerial import (
+    ContactSkill,
+    Demonstration,
+    Payload,
+    PointCloud,
+    learn,
+    read_skill,
+    transfer,
+)
+from drake_aerial.contacts.parameters import TransferParameters
 from drake_aerial.geometry import Pose, quat_exp, rotate
 from drake_aerial.geometry import transform as moved
-from drake_aerial.learning.parameters import LearningParameters
-from drake_aerial.transferring.parameters import TransferParameters
+from drake_aerial.skill.parameters import LearningParameters
 
 CHANGES = ("yaw and translation", "any rotation", "order", "twice", "unit")
 SKILLS = ("flat", "edge", "curved")
@@ -44,7 +52,9 @@ def cloud_points(rng: np.random.Generator) -> np.ndarray:
     else:
         payload = Payload.read(str(rng.choice(["bunny", "teapot"])))
         mesh = trimesh.Trimesh(payload.vertices, payload.faces, process=False)
-    points = trimesh.sample.sample_surface(mesh, int(rng.integers(4000, 9000)), seed=int(rng.integers(2**31)))[0]
+    points = trimesh.sample.sample_surface(
+        mesh, int(rng.integers(4000, 9000)), seed=int(rng.integers(2**31))
+    )[0]
     return np.array(points)
 
 
@@ -76,14 +86,20 @@ def in_unit(factor: float, name: str) -> tuple[ContactSkill, TransferParameters]
     )
 
 
-def change(kind: str, points: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, Pose, np.ndarray]:
+def change(
+    kind: str, points: np.ndarray, rng: np.random.Generator
+) -> tuple[np.ndarray, Pose, np.ndarray]:
     """Return the changed points, the pose that takes the old frame to the new one, and the new direction of up."""
     X = Pose(np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
     if kind == "order":
         return rng.permutation(points), X, np.array([0.0, 0.0, 1.0])
     if kind == "twice":
         return np.repeat(points, 2, axis=0), X, np.array([0.0, 0.0, 1.0])
-    turn = rng.uniform(-np.pi, np.pi, 3) if kind == "any rotation" else np.array([0.0, 0.0, rng.uniform(-np.pi, np.pi)])
+    turn = (
+        rng.uniform(-np.pi, np.pi, 3)
+        if kind == "any rotation"
+        else np.array([0.0, 0.0, rng.uniform(-np.pi, np.pi)])
+    )
     X = Pose(rng.uniform(-20.0, 20.0, 3), quat_exp(turn))
     return moved(X, points), X, rotate(X.q, np.array([0.0, 0.0, 1.0]))
 
@@ -91,7 +107,9 @@ def change(kind: str, points: np.ndarray, rng: np.random.Generator) -> tuple[np.
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--cases", type=int, default=200, help="(default: 200)")
-    parser.add_argument("--first", type=int, default=0, help="number of the first case (default: 0)")
+    parser.add_argument(
+        "--first", type=int, default=0, help="number of the first case (default: 0)"
+    )
     arguments = parser.parse_args()
     skills = {name: read_skill(name) for name in SKILLS}
     shifts, falls = defaultdict(list), defaultdict(list)
@@ -99,20 +117,31 @@ def main() -> int:
         rng = np.random.default_rng([31, number])
         kind, name = CHANGES[number % len(CHANGES)], str(rng.choice(SKILLS))
         points = cloud_points(rng)
-        before = transfer(skills[name], PointCloud.read(points), top=1, seed=number, parameters=QUICK)[0]
+        before = transfer(
+            skills[name], PointCloud.read(points), top=1, seed=number, parameters=QUICK
+        )[0]
         if kind == "unit":
             factor = float(np.exp(rng.uniform(np.log(0.4), np.log(2.5))))
             skill, parameters = in_unit(factor, name)
-            after = transfer(skill, PointCloud.read(factor * points), top=1, seed=number, parameters=parameters)[0]
+            after = transfer(
+                skill, PointCloud.read(factor * points), top=1, seed=number, parameters=parameters
+            )[0]
             shifts[kind].append(float(np.linalg.norm(after.X_SG.p / factor - before.X_SG.p)))
         else:
             other, X, up = change(kind, points, rng)
-            after = transfer(skills[name], PointCloud.read(other, up=up), top=1, seed=number, parameters=QUICK)[0]
+            after = transfer(
+                skills[name], PointCloud.read(other, up=up), top=1, seed=number, parameters=QUICK
+            )[0]
             shifts[kind].append(float(np.linalg.norm(after.X_SG.p - moved(X, before.X_SG.p))))
         falls[kind].append(abs(after.log_likelihood - before.log_likelihood))
         if shifts[kind][-1] > 0.005:
-            print(f"  case {number} ({kind}, {name}): moved by {100 * shifts[kind][-1]:.2f} cm", flush=True)
-    print(f"{'change':<22}{'cases':>6}{'median m':>11}{'largest m':>11}{'over 5 mm':>11}{'log J, largest':>16}")
+            print(
+                f"  case {number} ({kind}, {name}): moved by {100 * shifts[kind][-1]:.2f} cm",
+                flush=True,
+            )
+    print(
+        f"{'change':<22}{'cases':>6}{'median m':>11}{'largest m':>11}{'over 5 mm':>11}{'log J, largest':>16}"
+    )
     for kind in CHANGES:
         d = np.array(shifts[kind])
         print(

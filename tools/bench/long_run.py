@@ -18,11 +18,14 @@ from pathlib import Path
 import numpy as np
 
 from drake_aerial import Payload
-from drake_aerial.control.trajectory import HoverTrajectory
-from drake_aerial.transport.flight import Flight
-from drake_aerial.transport.suspension import Suspension
+from drake_aerial.references.trajectory import HoverTrajectory
+from drake_aerial.simulation.flight import Flight
+from drake_aerial.simulation.suspended_payload import Suspension
 
-CONTACTS = {1: [[0.0, 0.0, 0.14]], 3: [[-0.154, -0.267, 0.14], [0.308, 0.0, 0.14], [-0.154, 0.267, 0.14]]}
+CONTACTS = {
+    1: [[0.0, 0.0, 0.14]],
+    3: [[-0.154, -0.267, 0.14], [0.308, 0.0, 0.14], [-0.154, 0.267, 0.14]],
+}
 WARM, LIMIT = 20, 100.0
 
 
@@ -34,11 +37,20 @@ def resident() -> float:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--flights", type=int, default=500, help=f"more than {WARM} (default: 500)")
-    parser.add_argument("--n", nargs="+", type=int, choices=list(CONTACTS), default=list(CONTACTS), help="quadrotors")
+    parser.add_argument(
+        "--n",
+        nargs="+",
+        type=int,
+        choices=list(CONTACTS),
+        default=list(CONTACTS),
+        help="quadrotors",
+    )
     arguments = parser.parse_args()
     grown = []
     for n in arguments.n:
-        suspension = Suspension.hang(Payload.read("box_68x61x28"), CONTACTS[n], np.tile([0.0, 0.0, 1.0], (n, 1)))
+        suspension = Suspension.hang(
+            Payload.read("box_68x61x28"), CONTACTS[n], np.tile([0.0, 0.0, 1.0], (n, 1))
+        )
         flight = Flight(suspension, belief="true", trajectory=HoverTrajectory(hover_time=1.0))
         marks = {}
         for k in range(1, arguments.flights + 1):

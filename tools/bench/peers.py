@@ -67,10 +67,10 @@ def nothing() -> None:
 
 def ours(circle: Circle) -> Ready:
     """Our default flight, from the air, with exact measurements and a known centre of mass."""
-    from drake_aerial.control.trajectory import TransportTrajectory
     from drake_aerial.plant.payload import Payload
-    from drake_aerial.transport.flight import Flight
-    from drake_aerial.transport.suspension import Suspension
+    from drake_aerial.references.trajectory import TransportTrajectory
+    from drake_aerial.simulation.flight import Flight
+    from drake_aerial.simulation.suspended_payload import Suspension
 
     box = Suspension.hang(Payload.read("box_68x61x28"), [[0.0, 0.0, 0.14]], [[0.0, 0.0, 1.0]])
     trajectory = TransportTrajectory.airborne(circle_time=circle.time, hover_time=HOVER)
@@ -122,11 +122,23 @@ def rotorpy(circle: Circle) -> Ready:
         def update(self, t: float) -> dict[str, Any]:
             p, v, a = circle(t)
             rest = dict.fromkeys(("x_dddot", "x_ddddot"), np.zeros(3))
-            return {"x": p, "x_dot": v, "x_ddot": a, **rest, "yaw": 0.0, "yaw_dot": 0.0, "yaw_ddot": 0.0}
+            return {
+                "x": p,
+                "x_dot": v,
+                "x_ddot": a,
+                **rest,
+                "yaw": 0.0,
+                "yaw_dot": 0.0,
+                "yaw_ddot": 0.0,
+            }
 
     vehicle = Multirotor(quad_params)
     hover = np.sqrt(quad_params["mass"] * 9.81 / (4.0 * quad_params["k_eta"]))
-    vehicle.initial_state = {**vehicle.initial_state, "x": circle(0.0)[0], "rotor_speeds": np.full(4, hover)}
+    vehicle.initial_state = {
+        **vehicle.initial_state,
+        "x": circle(0.0)[0],
+        "rotor_speeds": np.full(4, hover),
+    }
     environment = Environment(vehicle, SE3Control(quad_params), Wanted(), sim_rate=100)
 
     def fly() -> np.ndarray:
@@ -161,7 +173,9 @@ def crazyflow(circle: Circle, worlds: int = 1) -> Ready:
     def begin() -> None:
         sim.reset()
         states = sim.data.states
-        start = jnp.broadcast_to(jnp.asarray(circle(0.0)[0], dtype=states.pos.dtype), states.pos.shape)
+        start = jnp.broadcast_to(
+            jnp.asarray(circle(0.0)[0], dtype=states.pos.dtype), states.pos.shape
+        )
         sim.data = sim.data.replace(states=states.replace(pos=start))
         track(3.0, lambda t: circle(0.0))
 
@@ -254,7 +268,14 @@ def in_environment(name: str, circle: Circle, folder: Path) -> dict[str, float]:
             subprocess.run([sys.executable, "-m", "venv", str(home)], check=True)
             subprocess.run([str(python), "-m", "pip", "install", "--quiet", package], check=True)
             (home / "installed").touch()
-    command = [str(python), str(Path(__file__).resolve()), "--fly", name, "--circle", str(circle.time)]
+    command = [
+        str(python),
+        str(Path(__file__).resolve()),
+        "--fly",
+        name,
+        "--circle",
+        str(circle.time),
+    ]
     # What a peer logs beside itself stays in the throw-away folder.
     folder.mkdir(parents=True, exist_ok=True)
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
@@ -266,7 +287,13 @@ def in_environment(name: str, circle: Circle, folder: Path) -> dict[str, float]:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--peers", nargs="+", choices=list(PEERS), default=list(PEERS))
-    parser.add_argument("--circle", type=float, default=12.0, metavar="S", help="time of the two turns (default: 12)")
+    parser.add_argument(
+        "--circle",
+        type=float,
+        default=12.0,
+        metavar="S",
+        help="time of the two turns (default: 12)",
+    )
     parser.add_argument("--keep", type=Path, metavar="DIR", help="keep the environments there")
     parser.add_argument("--fly", choices=list(PEERS), help=argparse.SUPPRESS)
     arguments = parser.parse_args()
@@ -274,21 +301,38 @@ def main() -> int:
     if arguments.fly:
         print(json.dumps(measure(arguments.fly, circle)))
         return 0
-    heads = ("sim. s / CPU s", "first flight, CPU s", "second", "RMSE cm", "horizontal", "peak", "at the end")
+    heads = (
+        "sim. s / CPU s",
+        "first flight, CPU s",
+        "second",
+        "RMSE cm",
+        "horizontal",
+        "peak",
+        "at the end",
+    )
     print(" " * 16 + "".join(f"{head:>{max(len(head), 8) + 2}}" for head in heads))
     with tempfile.TemporaryDirectory() as folder:
         for name in arguments.peers:
             result = in_environment(name, circle, (arguments.keep or Path(folder)).resolve())
-            seconds = [PEERS[name].worlds * circle.whole / result["second"], result["first"], result["second"]]
+            seconds = [
+                PEERS[name].worlds * circle.whole / result["second"],
+                result["first"],
+                result["second"],
+            ]
             row = seconds + [100.0 * result[key] for key in ("rmse", "horizontal", "peak", "last")]
             print(
                 f"{name:<16}"
-                + "".join(f"{value:>{max(len(head), 8) + 2}.2f}" for head, value in zip(heads, row, strict=True)),
+                + "".join(
+                    f"{value:>{max(len(head), 8) + 2}.2f}"
+                    for head, value in zip(heads, row, strict=True)
+                ),
                 flush=True,
             )
     for name in arguments.peers:
         peer = PEERS[name]
-        print(f"\n{name} ({peer.package or 'drake_aerial'}): {peer.what}\n    not modelled: {peer.not_modelled}")
+        print(
+            f"\n{name} ({peer.package or 'drake_aerial'}): {peer.what}\n    not modelled: {peer.not_modelled}"
+        )
     return 0
 
 

@@ -28,22 +28,23 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 import drake_aerial.control.controller as controller
-import drake_aerial.control.mpc as mpc
-import drake_aerial.transport.flight as flight
+import drake_aerial.control.mpc.payload_mpc as mpc
+import drake_aerial.simulation.flight as flight
 from drake_aerial.control.attitude import AttitudeController
-from drake_aerial.control.trajectory import HoverTrajectory
+from drake_aerial.estimation.state_sensor import PayloadPerception
 from drake_aerial.plant.cable import add_cable
 from drake_aerial.plant.cable_forces import CableTensions, GripperRelease
 from drake_aerial.plant.gripper import add_gripper
 from drake_aerial.plant.payload import Payload
 from drake_aerial.plant.payload_body import add_payload
 from drake_aerial.plant.quadrotor import add_quadrotor
-from drake_aerial.plant.scene import GRAVITY, add_ground, add_plant
-from drake_aerial.transport.outcome import FlightMonitor
-from drake_aerial.transport.perception_system import PayloadPerception
-from drake_aerial.transport.station import TransportStation, make_transport_station
-from drake_aerial.transport.station_parameters import StationParameters
-from drake_aerial.transport.suspension import Suspension
+from drake_aerial.plant.world import add_ground, add_plant
+from drake_aerial.references.trajectory import HoverTrajectory
+from drake_aerial.simulation.outcome import FlightMonitor
+from drake_aerial.simulation.station import TransportStation, make_transport_station
+from drake_aerial.simulation.station_parameters import StationParameters
+from drake_aerial.simulation.suspended_payload import Suspension
+from drake_aerial.statics.gravity import GRAVITY
 
 CONTACTS = {
     1: [[0.0, 0.0, 0.14]],
@@ -136,9 +137,15 @@ def profile(n: int, seed: int, options: dict[str, Any]) -> None:
     bare = bare_step(n, states)
     steps = round(metrics.get("duration_s", subject.trajectory.duration) / StationParameters().step)
 
-    print(f"\n{n} quadrotor(s), seed {seed}: {metrics['outcome']}, RMSE {100 * metrics['position_rmse_m']:.2f} cm")
-    print(f"  {speed:.2f} simulated s per CPU s (wanted {SPEED_WANTED[n]:g}); whole trial {total:.2f} CPU s")
-    print(f"  MPC step {step['mean']:.2f} ms mean (wanted {STEP_WANTED[n]:g}), p99 {step['p99']:.2f} ms")
+    print(
+        f"\n{n} quadrotor(s), seed {seed}: {metrics['outcome']}, RMSE {100 * metrics['position_rmse_m']:.2f} cm"
+    )
+    print(
+        f"  {speed:.2f} simulated s per CPU s (wanted {SPEED_WANTED[n]:g}); whole trial {total:.2f} CPU s"
+    )
+    print(
+        f"  MPC step {step['mean']:.2f} ms mean (wanted {STEP_WANTED[n]:g}), p99 {step['p99']:.2f} ms"
+    )
     print(f"  {'part':<40}{'calls':>7}{'us/call':>9}{'s':>7}{'%':>6}")
     order = list(dict.fromkeys(label for label, _, _ in PARTS))
     for label in order:
@@ -148,24 +155,35 @@ def profile(n: int, seed: int, options: dict[str, Any]) -> None:
                 f"  {label:<40}{calls:>7}{1e6 * seconds / calls:>9.1f}{seconds:>7.2f}{100 * seconds / timed_total:>6.1f}"
             )
     control = sum(clock.seconds[label] for label in order if label.startswith(("MPC", "tick")))
-    outside = sum(clock.seconds[label] for label in order if label.startswith(("prepare", "series")))
+    outside = sum(
+        clock.seconds[label] for label in order if label.startswith(("prepare", "series"))
+    )
     plant = (sum(clock.seconds.values()) - control - outside) / steps
     print(f"  {'sum (with the clock on)':<40}{'':>7}{'':>9}{sum(clock.seconds.values()):>7.2f}")
     station = station_step(n)
     print(f"  step of the plant: bare {1e6 * bare:.0f} us")
-    print(f"    with our systems, no controller {1e6 * station:.0f} us, {station / bare:.2f} times (wanted 1.5)")
-    print(f"    in flight, all but the controller {1e6 * plant:.0f} us, {plant / bare:.2f} times", flush=True)
+    print(
+        f"    with our systems, no controller {1e6 * station:.0f} us, {station / bare:.2f} times (wanted 1.5)"
+    )
+    print(
+        f"    in flight, all but the controller {1e6 * plant:.0f} us, {plant / bare:.2f} times",
+        flush=True,
+    )
 
 
 def make_flight(n: int, options: dict[str, Any]) -> flight.Flight:
     """Return the flight that is profiled."""
     box = Payload.read("box_68x61x28")
     return flight.Flight(
-        Suspension.hang(box, CONTACTS[n], [[0.0, 0.0, 1.0]] * n), belief="true", controller_options=options
+        Suspension.hang(box, CONTACTS[n], [[0.0, 0.0, 1.0]] * n),
+        belief="true",
+        controller_options=options,
     )
 
 
-def fly_with_clock(n: int, seed: int, options: dict[str, Any], clock: Clock, states: list[np.ndarray]) -> float:
+def fly_with_clock(
+    n: int, seed: int, options: dict[str, Any], clock: Clock, states: list[np.ndarray]
+) -> float:
     """Fly with a clock around every part; return the CPU seconds and fill `states` with the plant's at `SNAPSHOTS`."""
     kept = [(owner, name, owner.__dict__[name]) for _, owner, name in PARTS]
     look, due = FlightMonitor.__call__, list(SNAPSHOTS)
@@ -201,7 +219,9 @@ def bare_step(n: int, states: list[np.ndarray], steps: int = 100) -> float:
     payload = add_payload(plant, suspension.payload)
     quadrotors = [add_quadrotor(plant, name=f"quadrotor_{i}") for i in range(n)]
     for i, quadrotor in enumerate(quadrotors):
-        gripper = add_gripper(plant, payload, suspension.p_LC[i], suspension.normal_L[i], name=f"gripper_{i}")
+        gripper = add_gripper(
+            plant, payload, suspension.p_LC[i], suspension.normal_L[i], name=f"gripper_{i}"
+        )
         add_cable(plant, quadrotor, gripper, name=f"cable_{i}")
     plant.Finalize()
     simulator = Simulator(builder.Build())
@@ -212,7 +232,9 @@ def bare_step(n: int, states: list[np.ndarray], steps: int = 100) -> float:
     times = []
     for state in states:
         plant.SetPositionsAndVelocities(own, state)
-        plant.get_applied_spatial_force_input_port().FixValue(own, _push(plant, own, quadrotors, lift))
+        plant.get_applied_spatial_force_input_port().FixValue(
+            own, _push(plant, own, quadrotors, lift)
+        )
         began = time.thread_time()
         simulator.AdvanceTo(context.get_time() + steps * parameters.step)
         times.append((time.thread_time() - began) / steps)
@@ -238,7 +260,9 @@ def station_step(n: int, seconds: float = 1.0, times: int = 8) -> float:
     return float(np.median(spent))
 
 
-def _push(plant: MultibodyPlant, context: Any, quadrotors: list, size: float) -> list[ExternallyAppliedSpatialForce]:
+def _push(
+    plant: MultibodyPlant, context: Any, quadrotors: list, size: float
+) -> list[ExternallyAppliedSpatialForce]:
     forces = []
     for quadrotor in quadrotors:
         force = ExternallyAppliedSpatialForce()
@@ -256,7 +280,14 @@ def make_options(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--n", nargs="+", type=int, choices=list(CONTACTS), default=list(CONTACTS), help="quadrotors")
+    parser.add_argument(
+        "--n",
+        nargs="+",
+        type=int,
+        choices=list(CONTACTS),
+        default=list(CONTACTS),
+        help="quadrotors",
+    )
     parser.add_argument("--seed", type=int, default=100)
     parser.add_argument("--stages", type=int, help="of the MPC's horizon (default: its own)")
     return parser.parse_args()

@@ -24,14 +24,14 @@ from typing import Any
 import numpy as np
 
 from drake_aerial import InputError, JobError, Payload, StationParameters, WindParameters
-from drake_aerial.control.trajectory import HoverTrajectory
 from drake_aerial.plant.cable import CableParameters
 from drake_aerial.plant.dryden import Dryden
 from drake_aerial.plant.gripper import GripperParameters
 from drake_aerial.plant.quadrotor import QuadrotorParameters
-from drake_aerial.transport.flight import Flight
-from drake_aerial.transport.outcome import OUTCOMES
-from drake_aerial.transport.suspension import Suspension
+from drake_aerial.references.trajectory import HoverTrajectory
+from drake_aerial.simulation.flight import Flight
+from drake_aerial.simulation.outcome import OUTCOMES
+from drake_aerial.simulation.suspended_payload import Suspension
 
 BATCH = 25
 """Stations a process: Drake never frees a diagram that holds Python systems."""
@@ -45,10 +45,16 @@ def draw(number: int) -> dict[str, Any]:
     size = np.exp(rng.uniform(np.log(0.02 if rng.random() < 0.4 else 0.5), np.log(1.2), 3))
     mass = float(np.exp(rng.uniform(np.log(0.01), np.log(1.0))))
     moments = (
-        mass / 12.0 * np.array([size[1] ** 2 + size[2] ** 2, size[0] ** 2 + size[2] ** 2, size[0] ** 2 + size[1] ** 2])
+        mass
+        / 12.0
+        * np.array(
+            [size[1] ** 2 + size[2] ** 2, size[0] ** 2 + size[2] ** 2, size[0] ** 2 + size[1] ** 2]
+        )
     )
     com = size * rng.uniform(-0.5, 0.5, 3) * rng.choice([0.0, 0.3, 1.0])
-    contacts = np.column_stack([size[:2] * rng.uniform(-0.5, 0.5, (n, 2)), np.full(n, 0.5 * size[2])])
+    contacts = np.column_stack(
+        [size[:2] * rng.uniform(-0.5, 0.5, (n, 2)), np.full(n, 0.5 * size[2])]
+    )
     if n > 1 and rng.random() < 0.5:
         turn = 2.0 * np.pi * (np.arange(n) / n + rng.random())
         contacts[:, :2] = 0.45 * size[:2] * np.column_stack([np.cos(turn), np.sin(turn)])
@@ -86,7 +92,9 @@ def draw(number: int) -> dict[str, Any]:
                     damping=float(rng.uniform(0, 10)),
                 )
             ),
-            gripper=several(lambda: GripperParameters(holding_force=float(rng.choice([2.0, 20.0, np.inf])))),
+            gripper=several(
+                lambda: GripperParameters(holding_force=float(rng.choice([2.0, 20.0, np.inf])))
+            ),
             time_step=float(rng.choice([2e-4, 1e-3, 2e-3, 2e-3, 4e-3, 1e-2])),
             noise=float(rng.choice([0.0, 0.01, 0.1])),
             measured_directions=bool(rng.random() < 0.7),
@@ -111,7 +119,9 @@ def run(number: int) -> dict[str, Any]:
     try:
         options = draw(number)
         payload, contacts = options.pop("payload"), options.pop("contacts")
-        suspension = Suspension.hang(payload, contacts, np.tile([0.0, 0.0, 1.0], (len(contacts), 1)))
+        suspension = Suspension.hang(
+            payload, contacts, np.tile([0.0, 0.0, 1.0], (len(contacts), 1))
+        )
         metrics = Flight(suspension, **options).run(number).metrics
         ended, why = metrics["outcome"], metrics["outcome_reason"]
         json.dumps(metrics, allow_nan=False)
@@ -139,23 +149,37 @@ def batch(first: int, count: int) -> list[dict[str, Any]]:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--first", type=int, default=0, help="number of the first station (default: 0)")
+    parser.add_argument(
+        "--first", type=int, default=0, help="number of the first station (default: 0)"
+    )
     parser.add_argument("--count", type=int, default=1000, help="how many (default: 1000)")
     parser.add_argument("--workers", type=int, default=1, help="processes at a time (default: 1)")
-    parser.add_argument("--show", action="store_true", help="run them here and print each one's end")
+    parser.add_argument(
+        "--show", action="store_true", help="run them here and print each one's end"
+    )
     parser.add_argument("--lines", action="store_true", help="the same, one line of JSON each")
     arguments = parser.parse_args()
     numbers = range(arguments.first, arguments.first + arguments.count)
     if arguments.show or arguments.lines:
         for number in numbers:
             result = run(number)
-            print(json.dumps(result) if arguments.lines else f"{number}: {result['ended']} {result['why']}", flush=True)
+            print(
+                json.dumps(result)
+                if arguments.lines
+                else f"{number}: {result['ended']} {result['why']}",
+                flush=True,
+            )
         return 0
     with ThreadPoolExecutor(arguments.workers) as pool:
-        parts = [(first, min(BATCH, numbers.stop - first)) for first in range(numbers.start, numbers.stop, BATCH)]
+        parts = [
+            (first, min(BATCH, numbers.stop - first))
+            for first in range(numbers.start, numbers.stop, BATCH)
+        ]
         results = [result for part in pool.map(lambda part: batch(*part), parts) for result in part]
     counts = Counter(result["ended"] for result in results)
-    print(f"{len(results)} random stations, {sum(result['cpu_s'] for result in results) / 60:.1f} CPU minutes")
+    print(
+        f"{len(results)} random stations, {sum(result['cpu_s'] for result in results) / 60:.1f} CPU minutes"
+    )
     for ended in (*OUTCOMES, "refused", "error", "process died"):
         print(f"  {ended:<14}{counts[ended]:>6}")
     bad = [result for result in results if result["ended"] in ("error", "process died")]

@@ -13,18 +13,20 @@ from dataclasses import replace
 import numpy as np
 
 from drake_aerial import Demonstration, Payload, StationParameters, learn, read_scan, transfer
-from drake_aerial.control.trajectory import TransportTrajectory
+from drake_aerial.contacts.parameters import TransferParameters
 from drake_aerial.errors import DrakeAerialError
-from drake_aerial.learning.parameters import LearningParameters
 from drake_aerial.plant.quadrotor import QuadrotorParameters
-from drake_aerial.transferring.parameters import TransferParameters
-from drake_aerial.transport.flight import Flight
-from drake_aerial.transport.suspension import Suspension
+from drake_aerial.references.trajectory import TransportTrajectory
+from drake_aerial.simulation.flight import Flight
+from drake_aerial.simulation.suspended_payload import Suspension
+from drake_aerial.skill.parameters import LearningParameters
 
 FIRST_SEED = 100
 
 
-def contacts(label: str, seeds: int, *, method: str = "task", learning=None, transferring=None) -> None:
+def contacts(
+    label: str, seeds: int, *, method: str = "task", learning=None, transferring=None
+) -> None:
     """Print one row of contact errors on two boxes."""
     shown = Demonstration.read("flat")
     cells = []
@@ -33,7 +35,13 @@ def contacts(label: str, seeds: int, *, method: str = "task", learning=None, tra
         for seed in range(FIRST_SEED, FIRST_SEED + seeds):
             skill = learn(shown, parameters=learning or LearningParameters(), seed=seed)
             try:
-                found = transfer(skill, scan, method=method, seed=seed, parameters=transferring or TransferParameters())
+                found = transfer(
+                    skill,
+                    scan,
+                    method=method,
+                    seed=seed,
+                    parameters=transferring or TransferParameters(),
+                )
             except DrakeAerialError:
                 continue
             p = np.array([s.X_SG.p[0] for s in found.solutions])
@@ -55,11 +63,20 @@ def flight(label: str, seeds: int, **options) -> None:
         print(f"{label:34s} refused: {error}", flush=True)
         return
     runs = [ready.run(seed) for seed in range(FIRST_SEED, FIRST_SEED + seeds)]
-    rmse = [100.0 * run.metrics["position_rmse_m"] for run in runs if run.metrics["position_rmse_m"] is not None]
-    peak = max(100.0 * run.metrics["position_max_m"] for run in runs if run.metrics["position_max_m"] is not None)
+    rmse = [
+        100.0 * run.metrics["position_rmse_m"]
+        for run in runs
+        if run.metrics["position_rmse_m"] is not None
+    ]
+    peak = max(
+        100.0 * run.metrics["position_max_m"]
+        for run in runs
+        if run.metrics["position_max_m"] is not None
+    )
     outcomes = ", ".join(sorted({run.outcome for run in runs}))
     print(
-        f"{label:34s} {np.mean(rmse):6.2f} [{min(rmse):5.2f} {max(rmse):5.2f}] peak {peak:6.2f}  {outcomes}", flush=True
+        f"{label:34s} {np.mean(rmse):6.2f} [{min(rmse):5.2f} {max(rmse):5.2f}] peak {peak:6.2f}  {outcomes}",
+        flush=True,
     )
 
 
@@ -68,7 +85,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--flights", type=int, default=3)
-    parser.add_argument("--rows", nargs="+", choices=("contacts", "flights"), default=["contacts", "flights"])
+    parser.add_argument(
+        "--rows", nargs="+", choices=("contacts", "flights"), default=["contacts", "flights"]
+    )
     arguments = parser.parse_args()
     if "contacts" in arguments.rows:
         print_contacts(arguments.seeds)
@@ -83,8 +102,15 @@ def print_contacts(n: int) -> None:
     contacts("task, full rotations compared", n, learning=LearningParameters(axial=False))
     contacts("task, rigid votes", n, transferring=TransferParameters(scale="rigid"))
     contacts("paper", n, method="paper")
-    contacts("paper, full rotations compared", n, method="paper", learning=LearningParameters(axial=False))
-    contacts("paper, votes scaled", n, method="paper", transferring=TransferParameters(paper_scale=True))
+    contacts(
+        "paper, full rotations compared",
+        n,
+        method="paper",
+        learning=LearningParameters(axial=False),
+    )
+    contacts(
+        "paper, votes scaled", n, method="paper", transferring=TransferParameters(paper_scale=True)
+    )
 
 
 def print_flights(n: int) -> None:
@@ -99,7 +125,9 @@ def print_flights(n: int) -> None:
     flight("mpc, elastic cable", n, cable="elastic")
     flight("mpc, directions from position", n, parameters=replace(base, measured_directions=False))
     flight(
-        "mpc, 3.94e-9 N/rpm^2", n, parameters=replace(base, quadrotor=QuadrotorParameters(thrust_coefficient=3.94e-9))
+        "mpc, 3.94e-9 N/rpm^2",
+        n,
+        parameters=replace(base, quadrotor=QuadrotorParameters(thrust_coefficient=3.94e-9)),
     )
 
 

@@ -29,6 +29,11 @@ import numpy as np
 from contacts import box_skill, curved_skill
 from scans import box_query, box_scan, curved_mesh, curved_query, mesh_points
 
+from drake_aerial.cloud.point_cloud import PointCloud
+from drake_aerial.contacts.feasibility.contact_checker import Examination
+from drake_aerial.contacts.parameters import TransferParameters
+from drake_aerial.contacts.refinement.refine import refine, refine_one
+from drake_aerial.contacts.transfer import transfer
 from drake_aerial.geometry import (
     Array,
     Pose,
@@ -39,14 +44,9 @@ from drake_aerial.geometry import (
     quat_exp,
     quat_multiply,
 )
-from drake_aerial.learning.demonstration import Demonstration
-from drake_aerial.learning.learn import learn
-from drake_aerial.learning.skill import ContactSkill
-from drake_aerial.perception.point_cloud import PointCloud
-from drake_aerial.transferring.examination import Examination
-from drake_aerial.transferring.parameters import TransferParameters
-from drake_aerial.transferring.refinement import refine, refine_one
-from drake_aerial.transferring.transfer import transfer
+from drake_aerial.skill.contact_skill import ContactSkill
+from drake_aerial.skill.demonstration import Demonstration
+from drake_aerial.skill.learn import learn
 
 BAR = (1.0, 0.12, 0.08)
 TABLE = (1.1, 0.9, 0.3)
@@ -59,7 +59,9 @@ def formation_skill(kind: str) -> ContactSkill:
     rng = np.random.default_rng(12345)
     if kind == "hexagon":
         angle = np.arange(6) * np.pi / 3.0
-        corners = np.stack([0.38 * np.cos(angle), 0.38 * np.sin(angle), np.full(6, 0.5 * TABLE[2])], axis=1)
+        corners = np.stack(
+            [0.38 * np.cos(angle), 0.38 * np.sin(angle), np.full(6, 0.5 * TABLE[2])], axis=1
+        )
         return learn(Demonstration.make(PointCloud.read(box_scan(TABLE, rng)), corners, name=kind))
     if kind == "bar":
         cloud = PointCloud.read(box_scan(BAR, rng))
@@ -98,7 +100,9 @@ def rows() -> list[Row]:
         Row("bunny to teapot", lambda: curved_skill("bunny"), curved_query("teapot")),
         Row("two, bar", lambda: formation_skill("bar"), box_query(BAR)),
         Row("two, bar 70x10", lambda: formation_skill("bar"), box_query((0.7, 0.1, 0.1))),
-        Row("three, triangle", lambda: formation_skill("triangle"), curved_query("hollow_triangle")),
+        Row(
+            "three, triangle", lambda: formation_skill("triangle"), curved_query("hollow_triangle")
+        ),
         Row("three, 68x68", lambda: formation_skill("triangle"), box_query(square)),
         Row("three, 100x80", lambda: formation_skill("triangle"), box_query(large)),
         Row("six, 120x100", lambda: formation_skill("hexagon"), box_query((1.2, 1.0, 0.3))),
@@ -116,7 +120,9 @@ def tilted(X: Pose, rng: np.random.Generator) -> Pose:
     z, angle = axis_of(X.q, 2), rng.uniform(-np.pi, np.pi, (len(X.p), 1))
     e = perpendicular(z)
     about = np.cos(angle) * e + np.sin(angle) * cross(z, e)
-    return Pose(X.p, quat_multiply(quat_exp(np.deg2rad(rng.uniform(20.0, 80.0, angle.shape)) * about), X.q))
+    return Pose(
+        X.p, quat_multiply(quat_exp(np.deg2rad(rng.uniform(20.0, 80.0, angle.shape)) * about), X.q)
+    )
 
 
 def moved(X: Pose, rng: np.random.Generator) -> Pose:
@@ -141,7 +147,9 @@ def pulled(X: Pose, rng: np.random.Generator, examination: Examination) -> Pose 
             d = (X.p[1] - X.p[0]) / np.linalg.norm(X.p[1] - X.p[0]) * rng.choice([-1.0, 1.0])
         middle = X.p.mean(axis=0)
         for distance in np.arange(0.01, 0.4, 0.01):
-            pushed, _, _ = examination.surface.set_down(Pose(middle + size * (X.p - middle) + distance * d, X.q))
+            pushed, _, _ = examination.surface.set_down(
+                Pose(middle + size * (X.p - middle) + distance * d, X.q)
+            )
             reasons = examination.reasons(pushed)
             if reasons:
                 break
@@ -184,7 +192,9 @@ def measure(row: Row, seed: int, repeats: int, solver: str) -> None:
             row.gain.append(own.log_likelihood - seed_.log_likelihood if own.feasible else -np.inf)
         else:
             row.rescued.setdefault("annealed", []).append(own.feasible)
-            row.left += [f"annealed: {before} -> {after}" for before, after in [(seed_.reasons, own.reasons)]]
+            row.left += [
+                f"annealed: {before} -> {after}" for before, after in [(seed_.reasons, own.reasons)]
+            ]
 
     examination = Examination(evidence, TransferParameters())
     X_NS = invert(evidence.X_SN)
@@ -192,7 +202,11 @@ def measure(row: Row, seed: int, repeats: int, solver: str) -> None:
         X = X_NS @ solution.X_SG
         if examination.reasons(X):
             continue
-        kinds: dict[str, Pose | None] = {"off": off(X, rng), "tilted": tilted(X, rng), "moved": moved(X, rng)}
+        kinds: dict[str, Pose | None] = {
+            "off": off(X, rng),
+            "tilted": tilted(X, rng),
+            "moved": moved(X, rng),
+        }
         if len(skill) > 1:
             kinds |= {"crowded": crowded(X, rng), "pulled": pulled(X, rng, examination)}
         else:
@@ -217,7 +231,9 @@ def line(row: Row) -> str:
     gain = np.array(row.gain)
     counts = "  ".join(f"{name} {sum(found)}/{len(found)}" for name, found in row.rescued.items())
     gains = (
-        f"gain {np.median(gain):.3f} [{gain.min():.4f} {gain.max():.3f}], falls {np.sum(gain < 0)}" if len(gain) else ""
+        f"gain {np.median(gain):.3f} [{gain.min():.4f} {gain.max():.3f}], falls {np.sum(gain < 0)}"
+        if len(gain)
+        else ""
     )
     return (
         f"{row.name:20s} {gains}; per solution {seconds(row.wall)} s wall, {seconds(row.cpu)} s CPU\n"
@@ -226,15 +242,21 @@ def line(row: Row) -> str:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--rows", nargs="+", help="parts of row names; all by default")
     parser.add_argument("--seeds", default="100-104", help="first-last, both included")
-    parser.add_argument("--repeats", type=int, default=2, help="disturbances of each kind per solution")
+    parser.add_argument(
+        "--repeats", type=int, default=2, help="disturbances of each kind per solution"
+    )
     parser.add_argument("--solver", default="snopt", help="snopt, ipopt or nlopt")
     parser.add_argument("--reasons", action="store_true", help="print what is left of the reasons")
     parser.add_argument("--json", help="write every number to this file")
     options = parser.parse_args()
-    table = [row for row in rows() if not options.rows or any(part in row.name for part in options.rows)]
+    table = [
+        row for row in rows() if not options.rows or any(part in row.name for part in options.rows)
+    ]
     first, last = (int(part) for part in options.seeds.split("-"))
     for row in table:
         for seed in range(first, last + 1):
@@ -245,7 +267,8 @@ def main() -> int:
                 print(f"{'':20s}   {reason}")
     if options.json:
         counts = {
-            row.name: {"gain": row.gain, "wall": row.wall, "cpu": row.cpu, "rescued": row.rescued} for row in table
+            row.name: {"gain": row.gain, "wall": row.wall, "cpu": row.cpu, "rescued": row.rescued}
+            for row in table
         }
         with open(options.json, "w") as file:
             json.dump(counts, file, indent=1)

@@ -25,8 +25,8 @@ import numpy as np
 from scans import box_query, curved_mesh, curved_query, mesh_query
 
 import drake_aerial as da
-from drake_aerial.transport.flight import Flight
-from drake_aerial.transport.suspension import Suspension
+from drake_aerial.simulation.flight import Flight
+from drake_aerial.simulation.suspended_payload import Suspension
 
 METHODS = ("task", "paper", "kopicki", "centroid")
 ROWS = {
@@ -37,7 +37,10 @@ ROWS = {
     "triangle": ("formation", mesh_query(lambda: curved_mesh("hollow_triangle"))),
     "large box": ("formation", box_query((0.68, 0.68, 0.28), noise=0.001)),
 }
-CONTACTS = {1: [[0.05, 0.02, 0.14]], 3: [[-0.154, -0.267, 0.14], [0.308, 0.0, 0.14], [-0.154, 0.267, 0.14]]}
+CONTACTS = {
+    1: [[0.05, 0.02, 0.14]],
+    3: [[-0.154, -0.267, 0.14], [0.308, 0.0, 0.14], [-0.154, 0.267, 0.14]],
+}
 LIMIT = 1e-9
 DEPENDENCIES = ("drake", "numpy", "scipy", "open3d", "trimesh", "piqp")
 
@@ -50,20 +53,30 @@ def compute(folder: Path, rows: list[str], flights: list[int], out: Path) -> Non
         skill = da.learn(da.Demonstration.read(demonstration))
         skill.save(out / f"{demonstration}.skill.npz")
         for method in METHODS:
-            solutions = da.transfer(skill, da.PointCloud.read(folder / f"{row}.npy"), method=method, seed=3)
+            solutions = da.transfer(
+                skill, da.PointCloud.read(folder / f"{row}.npy"), method=method, seed=3
+            )
             document = {key: value for key, value in solutions.to_dict().items() if key != "timing"}
             (out / f"{row}.{method}.json").write_text(json.dumps(document))
     for n in flights:
-        held = Suspension.hang(da.Payload.read("box_68x61x28"), CONTACTS[n], np.tile([0.0, 0.0, 1.0], (n, 1)))
+        held = Suspension.hang(
+            da.Payload.read("box_68x61x28"), CONTACTS[n], np.tile([0.0, 0.0, 1.0], (n, 1))
+        )
         result = Flight(held).run(7)
         metrics = {key: value for key, value in result.metrics.items() if key != "timing"}
         (out / f"flight {n}.json").write_text(json.dumps(metrics))
         np.savez(out / f"flight {n}.series.npz", **result.series)
 
 
-def computed_by(python: str, threads: int, times: int, arguments: argparse.Namespace, folder: Path, name: str) -> Path:
+def computed_by(
+    python: str, threads: int, times: int, arguments: argparse.Namespace, folder: Path, name: str
+) -> Path:
     """Have a process of its own compute everything, once or more."""
-    environment = {**os.environ, "OMP_NUM_THREADS": str(threads), "OPENBLAS_NUM_THREADS": str(threads)}
+    environment = {
+        **os.environ,
+        "OMP_NUM_THREADS": str(threads),
+        "OPENBLAS_NUM_THREADS": str(threads),
+    }
     environment["PYTHONPATH"] = str(Path(da.__file__).parent.parent)
     command = [python, str(Path(__file__).resolve()), "--compute", str(folder), name, str(times)]
     command += ["--rows", *arguments.rows, "--flights", *map(str, arguments.flights)]
@@ -78,7 +91,11 @@ def content(path: Path) -> dict[str, np.ndarray]:
     """Return all numbers of a file, by name."""
     if path.suffix == ".npz":
         with np.load(path) as arrays:
-            return {key: arrays[key] for key in arrays.files if np.issubdtype(arrays[key].dtype, np.number)}
+            return {
+                key: arrays[key]
+                for key in arrays.files
+                if np.issubdtype(arrays[key].dtype, np.number)
+            }
     found: dict[str, list[float]] = {}
 
     def gather(key: str, value: object) -> None:
@@ -100,7 +117,9 @@ def same_bytes(a: Path, b: Path) -> bool:
         return a.read_bytes() == b.read_bytes()
     # Archives carry the moment at which they were written.
     with np.load(a) as left, np.load(b) as right:
-        return left.files == right.files and all(left[key].tobytes() == right[key].tobytes() for key in left.files)
+        return left.files == right.files and all(
+            left[key].tobytes() == right[key].tobytes() for key in left.files
+        )
 
 
 def largest_differences(a: Path, b: Path) -> dict[str, float]:
@@ -122,7 +141,10 @@ def compare(here: Path, others: dict[str, Path], elsewhere: Path | None) -> bool
     """Print the tables; return whether everything is as it should be."""
     right = True
     heads = "".join(f"{name:>18}" for name in others)
-    print(f"\n{'':<24}{heads}" + (f"{'position':>12}{'quaternion':>12}{'likelihood':>12}" if elsewhere else ""))
+    print(
+        f"\n{'':<24}{heads}"
+        + (f"{'position':>12}{'quaternion':>12}{'likelihood':>12}" if elsewhere else "")
+    )
     for path in sorted(here.iterdir()):
         same = [same_bytes(path, other / path.name) for other in others.values()]
         right &= all(same)
@@ -148,19 +170,33 @@ def compare(here: Path, others: dict[str, Path], elsewhere: Path | None) -> bool
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--other", metavar="PYTHON", help="another interpreter, to be compared with")
+    parser.add_argument(
+        "--other", metavar="PYTHON", help="another interpreter, to be compared with"
+    )
     parser.add_argument("--rows", nargs="*", choices=list(ROWS), default=list(ROWS))
     parser.add_argument(
-        "--flights", nargs="*", type=int, choices=(0, *CONTACTS), default=list(CONTACTS), help="0: none"
+        "--flights",
+        nargs="*",
+        type=int,
+        choices=(0, *CONTACTS),
+        default=list(CONTACTS),
+        help="0: none",
     )
     parser.add_argument("--compute", nargs=3, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.compute:
-        folder, name, times = Path(arguments.compute[0]), arguments.compute[1], int(arguments.compute[2])
+        folder, name, times = (
+            Path(arguments.compute[0]),
+            arguments.compute[1],
+            int(arguments.compute[2]),
+        )
         flights = [n for n in arguments.flights if n]
         for k in range(times):
             compute(folder, arguments.rows, flights, folder / name / str(k))
-        print(f"Python {sys.version.split()[0]}, " + ", ".join(f"{name} {version(name)}" for name in DEPENDENCIES))
+        print(
+            f"Python {sys.version.split()[0]}, "
+            + ", ".join(f"{name} {version(name)}" for name in DEPENDENCIES)
+        )
         return 0
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
@@ -168,13 +204,16 @@ def main() -> int:
             np.save(folder / f"{row}.npy", ROWS[row][1](np.random.default_rng(500 + k))[0].points)
         twice = computed_by(sys.executable, 1, 2, arguments, folder, "this process")
         others = {"again": twice / "1"}
-        others["other process"] = computed_by(sys.executable, 2, 1, arguments, folder, "other process") / "0"
+        others["other process"] = (
+            computed_by(sys.executable, 2, 1, arguments, folder, "other process") / "0"
+        )
         elsewhere = None
         if arguments.other:
             elsewhere = computed_by(arguments.other, 1, 1, arguments, folder, "other Python") / "0"
         right = compare(twice / "0", others, elsewhere)
     print(
-        f"\nwanted: same bytes by one Python, contacts within {LIMIT:g} across: " + ("so it is" if right else "MISSED")
+        f"\nwanted: same bytes by one Python, contacts within {LIMIT:g} across: "
+        + ("so it is" if right else "MISSED")
     )
     return int(not right)
 

@@ -7,24 +7,29 @@ from functools import cache
 
 import numpy as np
 
+from drake_aerial.cloud.partial_views import partial_view
+from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.geometry import Pose, quat_about_axis, transform
-from drake_aerial.model_files import models_dir
-from drake_aerial.perception.point_cloud import PointCloud
-from drake_aerial.perception.views import partial_view
+from drake_aerial.io.model_files import models_dir
 
 POINTS = 20_000
 Z = np.array([0.0, 0.0, 1.0])
 
 
 def box_scan(
-    size: tuple[float, float, float], rng: np.random.Generator, view: str = "full", cut: str = "none"
+    size: tuple[float, float, float],
+    rng: np.random.Generator,
+    view: str = "full",
+    cut: str = "none",
 ) -> np.ndarray:
     """Return points (N, 3) drawn uniformly from a box's faces, centred on the origin [m].
 
     `view` is `full` or `top`; `cut` takes away a 15 cm `strip` at one end or a 20 cm `corner`.
     """
     s = np.asarray(size)
-    faces = [(2, 1.0)] if view == "top" else [(axis, sign) for axis in range(3) for sign in (-1.0, 1.0)]
+    faces = (
+        [(2, 1.0)] if view == "top" else [(axis, sign) for axis in range(3) for sign in (-1.0, 1.0)]
+    )
     areas = np.array([np.prod(np.delete(s, axis)) for axis, _ in faces])
     # As dense as a full view of 20,000 points.
     full = 2.0 * (s[0] * s[1] + s[1] * s[2] + s[0] * s[2])
@@ -40,7 +45,9 @@ def box_scan(
     return points
 
 
-def placed(points: np.ndarray, rng: np.random.Generator, viewpoint: np.ndarray | None) -> tuple[PointCloud, Pose]:
+def placed(
+    points: np.ndarray, rng: np.random.Generator, viewpoint: np.ndarray | None
+) -> tuple[PointCloud, Pose]:
     """Return the cloud at a random yaw and place, and X_SB, the object's frame in the cloud's."""
     yaw = rng.uniform(-np.pi, np.pi)
     X_SB = Pose(rng.uniform(-1.0, 1.0, 3), quat_about_axis(Z, np.asarray(yaw)))
@@ -48,7 +55,9 @@ def placed(points: np.ndarray, rng: np.random.Generator, viewpoint: np.ndarray |
     return PointCloud.read(transform(X_SB, points), viewpoint=seen_from), X_SB
 
 
-def box_query(size: tuple[float, float, float], view: str = "full", noise: float = 0.0, cut: str = "none"):
+def box_query(
+    size: tuple[float, float, float], view: str = "full", noise: float = 0.0, cut: str = "none"
+):
     """Return a function of a generator that scans a box."""
 
     def scan(rng: np.random.Generator) -> tuple[PointCloud, Pose]:
@@ -93,7 +102,10 @@ def terrace_mesh(x: tuple[float, ...], y: tuple[float, ...], height: np.ndarray)
     padded = np.pad(h, 1)
     for i, j in np.argwhere(h > 0.0):
         a, b, c, d, top = x_[i], x_[i + 1], y_[j], y_[j + 1], h[i, j]
-        quads += [[(a, c, top), (b, c, top), (b, d, top), (a, d, top)], [(a, c, 0), (a, d, 0), (b, d, 0), (b, c, 0)]]
+        quads += [
+            [(a, c, top), (b, c, top), (b, d, top), (a, d, top)],
+            [(a, c, 0), (a, d, 0), (b, d, 0), (b, c, 0)],
+        ]
         # Walls down to each neighbour's level, outward on the side of this column.
         for (k, m), (p, q) in zip(
             ((i, j + 1), (i + 2, j + 1), (i + 1, j), (i + 1, j + 2)),
@@ -140,7 +152,11 @@ def curved_mesh(name: str):
     """Return a shipped mesh, or the ellipsoid, as a trimesh object [m]."""
     import trimesh
 
-    return ellipsoid() if name == "ellipsoid" else trimesh.load(models_dir() / "meshes" / f"{name}.obj", force="mesh")
+    return (
+        ellipsoid()
+        if name == "ellipsoid"
+        else trimesh.load(models_dir() / "meshes" / f"{name}.obj", force="mesh")
+    )
 
 
 def above_centroid(mesh) -> np.ndarray:

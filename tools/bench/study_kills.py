@@ -37,7 +37,7 @@ flights:
   - {conditions: [A], methods: [task, kopicki], solutions: 2, trials: 12}
   - {conditions: [C], methods: [task, centroid], solutions: 1, trials: 12}
 """
-CLI = [sys.executable, "-m", "drake_aerial.cli"]
+CLI = [sys.executable, "-m", "drake_aerial"]
 
 
 def main() -> int:
@@ -66,8 +66,14 @@ def main() -> int:
                 before = 0
             local = victim == "client" or (victim == "worker" and dice.random() < 0.5)
             with cluster(arguments.workers, Path(folder)) if not local else NoCluster() as other:
-                where = ["--workers", str(arguments.workers)] if local else ["--scheduler", other.address]
-                process = subprocess.Popen([*command, str(stormy), *where], stderr=subprocess.PIPE, text=True)
+                where = (
+                    ["--workers", str(arguments.workers)]
+                    if local
+                    else ["--scheduler", other.address]
+                )
+                process = subprocess.Popen(
+                    [*command, str(stormy), *where], stderr=subprocess.PIPE, text=True
+                )
                 # Somewhere on the way: at the start, while contacts are found, or some trials on, in the middle of the next.
                 await_records(process, stormy, before + max(dice.randint(-2, 6), 0))
                 alive(process, dice.uniform(0.0, 3.0))
@@ -89,13 +95,18 @@ def main() -> int:
                     flush=True,
                 )
         final = subprocess.run(
-            [*command, str(stormy), "--workers", str(arguments.workers)], check=False, capture_output=True, text=True
+            [*command, str(stormy), "--workers", str(arguments.workers)],
+            check=False,
+            capture_output=True,
+            text=True,
         )
         print(final.stdout.strip())
         same = {
             "exit code": final.returncode == 0,
             "records": records(stormy) == wanted,
-            "none twice": len({record["key"] for record in records(stormy)}) == lines(stormy) == len(wanted),
+            "none twice": len({record["key"] for record in records(stormy)})
+            == lines(stormy)
+            == len(wanted),
             "series": contents(stormy / "series", "[!.]*") == contents(calm / "series", "[!.]*"),
             "report": contents(stormy, "report.html") == contents(calm, "report.html"),
         }
@@ -148,7 +159,15 @@ class cluster:
             if found and "Scheduler at" in line:
                 self.address = found[0]
                 break
-        arguments = ["--nworkers", str(self._workers), "--nthreads", "1", "--no-dashboard", "--death-timeout", "10"]
+        arguments = [
+            "--nworkers",
+            str(self._workers),
+            "--nthreads",
+            "1",
+            "--no-dashboard",
+            "--death-timeout",
+            "10",
+        ]
         self.staff = subprocess.Popen(
             [sys.executable, "-m", "distributed.cli.dask_worker", self.address, *arguments],
             cwd=self._folder,

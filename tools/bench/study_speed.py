@@ -30,8 +30,8 @@ WANTED_MINUTES, WANTED_GAIN = 12.0, 1.8
 ALONE = """
 import time
 from drake_aerial import Payload
-from drake_aerial.transport.flight import Flight
-from drake_aerial.transport.suspension import Suspension
+from drake_aerial.simulation.flight import Flight
+from drake_aerial.simulation.suspended_payload import Suspension
 flight = Flight(Suspension.hang(Payload.read("box_68x61x28"), [[0.0, 0.0, 0.14]], [[0.0, 0.0, 1.0]]))
 flight.run(0)
 began = time.perf_counter()
@@ -68,7 +68,8 @@ def rate(trials: int, workers: int, contacts: Path) -> float:
 def alone(processes: int) -> float:
     """Return the seconds of a flight while so many fly, each in a process of its own."""
     flying = [
-        subprocess.Popen([sys.executable, "-c", ALONE], stdout=subprocess.PIPE, text=True) for _ in range(processes)
+        subprocess.Popen([sys.executable, "-c", ALONE], stdout=subprocess.PIPE, text=True)
+        for _ in range(processes)
     ]
     return float(np.mean([float(process.communicate()[0]) for process in flying]))
 
@@ -76,10 +77,16 @@ def alone(processes: int) -> float:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument(
-        "--trials", type=int, default=10, help="of each solution in the whole study; 0 leaves it out (default: 10)"
+        "--trials",
+        type=int,
+        default=10,
+        help="of each solution in the whole study; 0 leaves it out (default: 10)",
     )
     parser.add_argument(
-        "--part", type=int, default=2, help="trials of each solution with one and two workers (default: 2)"
+        "--part",
+        type=int,
+        default=2,
+        help="trials of each solution with one and two workers (default: 2)",
     )
     parser.add_argument("--rounds", type=int, default=2, help="(default: 2)")
     arguments = parser.parse_args()
@@ -93,13 +100,18 @@ def main() -> int:
         )
     with tempfile.TemporaryDirectory() as folder:
         run_study(plan(1, "AC"), folder)
-        print(f"{'':<8}{'1 worker, flights/s':>21}{'2 workers':>11}{'gain':>7}{'strangers gain':>16}")
+        print(
+            f"{'':<8}{'1 worker, flights/s':>21}{'2 workers':>11}{'gain':>7}{'strangers gain':>16}"
+        )
         gains = []
         for turn in range(1, arguments.rounds + 1):
             one, two = (rate(arguments.part, workers, Path(folder)) for workers in (1, 2))
             strangers = 2.0 * alone(1) / alone(2)
             gains.append(two / one)
-            print(f"round {turn:<2}{one:>21.3f}{two:>11.3f}{two / one:>7.2f}{strangers:>16.2f}", flush=True)
+            print(
+                f"round {turn:<2}{one:>21.3f}{two:>11.3f}{two / one:>7.2f}{strangers:>16.2f}",
+                flush=True,
+            )
     print(f"a second worker brings {np.median(gains):.2f} times (wanted {WANTED_GAIN:g})")
     return 0
 

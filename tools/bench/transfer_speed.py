@@ -39,7 +39,9 @@ def scan() -> object:
     from drake_aerial import PointCloud
 
     rng = np.random.default_rng(0)
-    points = np.asarray(trimesh.sample.sample_surface(trimesh.creation.box(SIZE), 20_000, seed=1)[0])
+    points = np.asarray(
+        trimesh.sample.sample_surface(trimesh.creation.box(SIZE), 20_000, seed=1)[0]
+    )
     return PointCloud.read(points + 0.001 * rng.standard_normal(points.shape))
 
 
@@ -51,7 +53,9 @@ def transfers(method: str, n: int) -> list[dict[str, float]]:
     for _ in range(2):
         wall, cpu = time.perf_counter(), time.process_time()
         found = transfer(skill, cloud, method=method, top=5)
-        told.append({"wall": time.perf_counter() - wall, "cpu": time.process_time() - cpu, **found.timing})
+        told.append(
+            {"wall": time.perf_counter() - wall, "cpu": time.process_time() - cpu, **found.timing}
+        )
         told[-1]["solutions"] = len(found)
     return told
 
@@ -66,7 +70,9 @@ def densities() -> list[dict[str, float]]:
     x = Pose((rng.random((100_000, 3)) - 0.5) * SIZE, random_rotation(rng, 100_000))
     for axial in (True, False):
         for single in (False, True):
-            density = PoseDensity(kernels_at, sigma_p=0.02, sigma_q=np.deg2rad(15.0), axial=axial, single=single)
+            density = PoseDensity(
+                kernels_at, sigma_p=0.02, sigma_q=np.deg2rad(15.0), axial=axial, single=single
+            )
             for call in range(3):
                 wall, cpu = time.perf_counter(), time.process_time()
                 density.log_density(x)
@@ -85,14 +91,18 @@ def alone(arguments: list[str], cores: int) -> list[dict[str, float]]:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--methods", nargs="+", choices=["task", "paper"], default=["task", "paper"])
+    parser.add_argument(
+        "--methods", nargs="+", choices=["task", "paper"], default=["task", "paper"]
+    )
     parser.add_argument("--cores", nargs="+", type=int, default=[1, 2], help="(default: 1 2)")
     parser.add_argument("--profile", nargs=2, metavar=("METHOD", "GRIPPERS"))
     parser.add_argument("--measure", nargs="+", help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.measure:
         what = arguments.measure
-        print(json.dumps(densities() if what == ["densities"] else transfers(what[0], int(what[1]))))
+        print(
+            json.dumps(densities() if what == ["densities"] else transfers(what[0], int(what[1])))
+        )
         return 0
     if arguments.profile:
         method, n = arguments.profile[0], int(arguments.profile[1])
@@ -108,19 +118,22 @@ def main() -> int:
         for method in arguments.methods:
             for cores in arguments.cores:
                 for call, row in enumerate(alone(["--measure", method, str(n)], cores)):
-                    parts = "".join(f"{row[name]:>{width}.2f}" for name, width in zip(PARTS, (10, 8, 11), strict=True))
+                    parts = "".join(
+                        f"{row[name]:>{width}.2f}"
+                        for name, width in zip(PARTS, (10, 8, 11), strict=True)
+                    )
                     print(
                         f"{f'{method}, {n} gripper(s)':<22}{cores:>6}{'first' if call == 0 else '2nd':>6}{row['wall']:>8.2f}{wanted:>8.1f}"
                         f"{row['cpu']:>8.2f}{parts}",
                         flush=True,
                     )
-    print(f"\n{'100,000 poses x 1,000 kernels':<32}{'cores':>6}{'first s':>9}{'best s':>8}{'wanted':>8}{'CPU s':>8}")
+    print(
+        f"\n{'100,000 poses x 1,000 kernels':<32}{'cores':>6}{'first s':>9}{'best s':>8}{'wanted':>8}{'CPU s':>8}"
+    )
     for cores in arguments.cores:
         rows = alone(["--measure", "densities"], cores)
         for k in range(0, len(rows), 3):
-            label = (
-                f"{'axis only' if rows[k]['axial'] else 'full rotation'}, {'single' if rows[k]['single'] else 'double'}"
-            )
+            label = f"{'axis only' if rows[k]['axial'] else 'full rotation'}, {'single' if rows[k]['single'] else 'double'}"
             best = min(rows[k : k + 3], key=lambda row: row["wall"])
             print(
                 f"{label:<32}{cores:>6}{rows[k]['wall']:>9.3f}{best['wall']:>8.3f}{KDE_WANTED:>8.1f}{best['cpu']:>8.3f}"

@@ -1,0 +1,1 @@
+"""Whether a contact can be flown, and the reasons against it."""

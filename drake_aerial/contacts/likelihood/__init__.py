@@ -1,0 +1,1 @@
+"""The contact likelihood J and the query densities in it. No search."""

@@ -1,0 +1,152 @@
+"""The query density of one gripper on a new cloud: where the surface looks like the demonstrated contact."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from drake_aerial.density.pose_density import PoseDensity
+from drake_aerial.density.resampling import systematic_resample
+from drake_aerial.errors import JobError
+from drake_aerial.features.surface_features import SurfaceFeatures
+from drake_aerial.geometry import Array, Pose
+from drake_aerial.skill.contact_skill import ContactSkill
+
+# Descriptors further than this many bandwidths from every contact kernel do not resemble the contact at all.
+_UNLIKE = 8.0
+
+
+def draw_candidates(
+    skill: ContactSkill,
+    gripper: int,
+    features: SurfaceFeatures,
+    count: int,
+    rng: np.random.Generator,
+) -> tuple[Pose, Array]:
+    """Draw candidate poses L = v_i o u_ni of a gripper, and their log-weights log M_n(r_i) O_n(r_i).
+
+    Features i are drawn uniformly over the new cloud's surface, contact kernels by their likelihood of r_i.
+
+    Returns
+    -------
+    candidates : Pose
+        X_NG, batch (count,).
+    log_weights : (count,) array
+
+    Raises
+    ------
+    JobError
+        If no feature of the new cloud resembles the demonstrated contact's.
+    """
+    contact, local = skill.contacts[gripper].density, skill.objects[gripper].density
+    drawn = features.take(systematic_resample(np.ones(len(features)), count, rng))
+    log_m = contact.log_descriptor_density(drawn.r)
+    log_o = local.log_descriptor_density(drawn.r)
+    peak = -0.5 * _UNLIKE**2 + contact.log_descriptor_density(contact.descriptor).max()
+    if not log_m.max() > peak:
+        raise JobError(
+            f"the contact density of gripper {gripper + 1} is zero: no feature of the new cloud is curved like the "
+            "demonstrated contact"
+        )
+    kernel = contact.sample_kernels(drawn.r, rng)
+    return drawn.spun(rng) @ contact.pose.take(kernel), log_m + log_o
+
+
+class NormalisedQuery:
+    """Contact density per unit of surface, C_n(L) = Q_M(L) / (D(L) + d0) (docs/method.md).
+
+    Q_M is the KDE over the candidates with their contact weights, D the same kernels with equal weights, d0
+    a part of D's median: what remains is how much the surface looks like the contact, not how densely it was
+    sampled.
+
+    Attributes
+    ----------
+    candidates : Pose
+        X_NG of the K candidates.
+    log_candidates : (K,) array
+        log C there.
+    """
+
+    def __init__(
+        self,
+        candidates: Pose,
+        log_weights: Array,
+        sigma_p: float,
+        sigma_q: float,
+        axial: bool,
+        floor: float,
+    ):
+        self.candidates = candidates
+        self._density = PoseDensity(candidates, sigma_p=sigma_p, sigma_q=sigma_q, axial=axial)
+        self._coarse = PoseDensity(
+            candidates, sigma_p=sigma_p, sigma_q=sigma_q, axial=axial, single=True
+        )
+        # Relative to the best candidate: C then tells how alike a place is, between zero and one.
+        contact = np.exp(log_weights - log_weights.max()) / len(log_weights)
+        self._weights = np.column_stack([contact, self._density.weights])
+        self._contact = PoseDensity(
+            candidates, contact, sigma_p=sigma_p, sigma_q=sigma_q, axial=axial
+        )
+        self._log_contact = float(np.log(contact.sum()))
+        logs = self._density.log_densities(candidates, self._weights)
+        self._log_floor = float(np.log(floor) + np.median(logs[:, 1]))
+        self.log_candidates = self._per_surface(logs)
+
+    def log_density(self, X_NG: Pose, coarse: bool = False) -> Array:
+        """Return log C (...) at gripper poses (...); `coarse` is faster, in single precision."""
+        return self._per_surface(
+            (self._coarse if coarse else self._density).log_densities(X_NG, self._weights)
+        )
+
+    def log_density_and_gradient(self, X_NG: Pose) -> tuple[Array, Array, Array]:
+        """Return log C (...) and its gradients by p (..., 3) [1/m] and by w (..., 3) [1/rad] of exp(w) R_NG."""
+        log_m, m_p, m_w = self._contact.log_density_and_gradient(X_NG)
+        log_d, d_p, d_w = self._density.log_density_and_gradient(X_NG)
+        log_sum = np.logaddexp(log_d, self._log_floor)
+        share = np.exp(log_d - log_sum)[..., None]
+        return log_m + self._log_contact - log_sum, m_p - share * d_p, m_w - share * d_w
+
+    def _per_surface(self, logs: Array) -> Array:
+        """Return log C (...) of the logarithms (..., 2) of Q_M and D."""
+        return logs[..., 0] - np.logaddexp(logs[..., 1], self._log_floor)
+
+
+class ResampledQuery:
+    """The paper's query density: the KDE over N_Q candidates resampled by their weights (docs/method.md).
+
+    Attributes
+    ----------
+    candidates : Pose
+        X_NG of the N_Q kernels.
+    log_candidates : (N_Q,) array
+        log Q there.
+    """
+
+    def __init__(
+        self,
+        candidates: Pose,
+        log_weights: Array,
+        count: int,
+        sigma_p: float,
+        sigma_q: float,
+        axial: bool,
+        rng: np.random.Generator,
+    ):
+        self.candidates = candidates.take(
+            systematic_resample(np.exp(log_weights - log_weights.max()), count, rng)
+        )
+        self._density = PoseDensity(self.candidates, sigma_p=sigma_p, sigma_q=sigma_q, axial=axial)
+        self._coarse = PoseDensity(
+            self.candidates, sigma_p=sigma_p, sigma_q=sigma_q, axial=axial, single=True
+        )
+        self.log_candidates = self._density.log_density(self.candidates)
+
+    def log_density(self, X_NG: Pose, coarse: bool = False) -> Array:
+        """Return log Q (...) at gripper poses (...); `coarse` is faster, in single precision."""
+        return (self._coarse if coarse else self._density).log_density(X_NG)
+
+    def log_density_and_gradient(self, X_NG: Pose) -> tuple[Array, Array, Array]:
+        """Return log Q (...) and its gradients by p (..., 3) [1/m] and by w (..., 3) [1/rad] of exp(w) R_NG."""
+        return self._density.log_density_and_gradient(X_NG)
+
+
+Query = NormalisedQuery | ResampledQuery

@@ -1,0 +1,1 @@
+"""Refinement of contacts as a MathematicalProgram: variables, costs, constraints, solvers."""

@@ -1,0 +1,57 @@
+"""Functions with analytic Jacobians as callables for Drake's optimisation programs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from drake_aerial.errors import InputError
+from drake_aerial.geometry import Array
+
+ValueAndJacobian = Callable[[Array], tuple[Array, Array]]
+
+
+class Differentiable:
+    """A function of a vector that takes doubles or AutoDiffXd, whose derivatives it carries on by the chain rule.
+
+    Drake's `AddCost` and `AddConstraint` take it as it is.
+
+    Parameters
+    ----------
+    value_and_jacobian : callable
+        A vector (D,) to the value (m,) and its Jacobian (m, D).
+    scalar : bool
+        Whether the value is one number, as a cost's has to be, rather than an array.
+
+    Raises
+    ------
+    InputError
+        When called with anything else than doubles or AutoDiffXd, symbolic expressions for instance.
+    """
+
+    def __init__(self, value_and_jacobian: ValueAndJacobian, *, scalar: bool = False):
+        self.value_and_jacobian, self._scalar = value_and_jacobian, scalar
+
+    def __call__(self, x: Any) -> Any:
+        """Return the value at x (D,), or a column (D, 1), in x's own scalar type."""
+        x = np.asarray(x).ravel()
+        if x.dtype != object:
+            value = self.value_and_jacobian(np.asarray(x, float))[0]
+            return float(value[0]) if self._scalar else value
+        from pydrake.autodiffutils import (
+            AutoDiffXd,
+            ExtractGradient,
+            ExtractValue,
+            InitializeAutoDiff,
+        )
+
+        if not all(isinstance(entry, AutoDiffXd) for entry in x):
+            raise InputError(
+                f"a contact program's cost or constraint was evaluated with {type(x[0]).__name__}; it takes float or "
+                "AutoDiffXd"
+            )
+        value, jacobian = self.value_and_jacobian(ExtractValue(x)[:, 0])
+        out = InitializeAutoDiff(value, jacobian @ ExtractGradient(x))[:, 0]
+        return out[0] if self._scalar else out

@@ -1,0 +1,1 @@
+"""The search for the maxima of J: starts, annealing, selection of distinct solutions."""

@@ -1,0 +1,108 @@
+"""Simulated annealing of many chains at once (docs/method.md)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from drake_aerial.contacts.parameters import TransferParameters
+from drake_aerial.geometry import (
+    Array,
+    Pose,
+    quat_about_axis,
+    quat_exp,
+    quat_multiply,
+    quat_normalize,
+    rotate,
+)
+
+_Z = np.array([0.0, 0.0, 1.0])
+
+
+def anneal(
+    log_likelihood: Callable[[Pose], Array],
+    starts: Pose,
+    parameters: TransferParameters,
+    rng: np.random.Generator,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[Pose, Array]:
+    """Maximise a log-likelihood over n poses by Metropolis chains that cool down.
+
+    Steps shrink with the square root of the temperature. After a tenth of the steps only the best chains go
+    on. With several grippers, steps move in turn the formation as a whole and every gripper alone.
+
+    Parameters
+    ----------
+    log_likelihood : callable
+        Poses (C, n) to log J (C,).
+    starts : Pose
+        Start poses: p (C, n, 3) [m], q (C, n, 4).
+    parameters : TransferParameters
+        Steps, chains, temperatures.
+    rng : numpy.random.Generator
+        Draws the steps.
+    progress : callable, optional
+        Called now and then with the fraction of the steps that are done.
+
+    Returns
+    -------
+    best : Pose
+        The best pose that each remaining chain has seen, batch (chains, n).
+    log_j : (chains,) array
+        Their log-likelihoods, best first.
+    """
+    X, value = starts, log_likelihood(starts)
+    best, best_value = X, value
+    first, last = parameters.temperature
+    drop_at = parameters.steps // 10
+    for step in range(parameters.steps):
+        if step == drop_at and len(value) > parameters.chains:
+            keep = np.sort(np.argsort(-value, kind="stable")[: parameters.chains])
+            X, value, best, best_value = (
+                X.take(keep),
+                value[keep],
+                best.take(keep),
+                best_value[keep],
+            )
+        cooled = (last / first) ** (step / max(parameters.steps - 1, 1))
+        size = np.sqrt(cooled)
+        whole = X.p.shape[1] > 1 and step % 2 == 0
+        trial = (_move_formation if whole else _move_each)(
+            X, size * parameters.step_position, size * parameters.step_rotation, rng
+        )
+        trial_value = log_likelihood(trial)
+        with np.errstate(over="ignore"):
+            accepted = np.log(rng.random(len(value))) < (trial_value - value) / (first * cooled)
+        X = _where(accepted, trial, X)
+        value = np.where(accepted, trial_value, value)
+        if progress is not None and step % 10 == 0:
+            progress(step / parameters.steps)
+        better = value > best_value
+        best, best_value = _where(better, X, best), np.where(better, value, best_value)
+    order = np.argsort(-best_value, kind="stable")
+    return best.take(order), best_value[order]
+
+
+def _move_each(X: Pose, step_p: float, step_q: float, rng: np.random.Generator) -> Pose:
+    p = X.p + step_p * rng.standard_normal(X.p.shape)
+    q = quat_multiply(X.q, quat_exp(step_q * rng.standard_normal(X.p.shape)))
+    return Pose(p, quat_normalize(q))
+
+
+def _move_formation(X: Pose, step_p: float, step_q: float, rng: np.random.Generator) -> Pose:
+    """Shift the formation, turn it about its vertical, and stretch it."""
+    chains = len(X.p)
+    origin = X.p.mean(axis=1, keepdims=True)
+    turn = quat_about_axis(_Z, step_q * rng.standard_normal(chains))[:, None, :]
+    stretch = np.exp(0.5 * step_q * rng.standard_normal((chains, 1, 1)))
+    shift = step_p * rng.standard_normal((chains, 1, 3))
+    return Pose(
+        origin + shift + rotate(turn, stretch * (X.p - origin)),
+        quat_normalize(quat_multiply(turn, X.q)),
+    )
+
+
+def _where(mask: np.ndarray, a: Pose, b: Pose) -> Pose:
+    wide = mask[:, None, None]
+    return Pose(np.where(wide, a.p, b.p), np.where(wide, a.q, b.q))

@@ -1,0 +1,231 @@
+"""Ranked contact solutions, and the contacts.json file (docs/files.md)."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from drake_aerial.contacts.parameters import TransferParameters
+from drake_aerial.errors import InputError
+from drake_aerial.geometry import Array, Pose
+from drake_aerial.io.files import write_text
+from drake_aerial.io.strict_yaml import shown
+from drake_aerial.io.typed_yaml.reading import record_from_mapping
+from drake_aerial.io.typed_yaml.writing import record_to_mapping
+
+if TYPE_CHECKING:
+    from drake_aerial.contacts.contact_query import Evidence
+
+SCHEMA = "drake_aerial/contacts"
+VERSION = 1
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """One configuration of n grippers and quadrotors, in the cloud's frame S.
+
+    Attributes
+    ----------
+    rank : int
+        1 for the likeliest.
+    log_likelihood : float
+        log J; comparable within one transfer only.
+    feasible : bool
+        Whether nothing speaks against flying it.
+    reasons : tuple of str
+        What does.
+    X_SG : Pose
+        Grippers, batch (n,): positions [m], rotations with z along the gripper's axis.
+    normal : (n, 3) array
+        Outward unit normals of the surface at the contacts.
+    X_SQ : Pose
+        Quadrotors, batch (n,).
+    """
+
+    rank: int
+    log_likelihood: float
+    feasible: bool
+    reasons: tuple[str, ...]
+    X_SG: Pose
+    normal: Array
+    X_SQ: Pose
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the solution as it stands in contacts.json."""
+        grippers = [
+            {"position": p.tolist(), "quaternion_wxyz": q.tolist(), "normal": n.tolist()}
+            for p, q, n in zip(self.X_SG.p, self.X_SG.q, self.normal)
+        ]
+        quadrotors = [
+            {"position": p.tolist(), "quaternion_wxyz": q.tolist()}
+            for p, q in zip(self.X_SQ.p, self.X_SQ.q)
+        ]
+        return {
+            "rank": self.rank,
+            "log_likelihood": self.log_likelihood,
+            "feasible": self.feasible,
+            "reasons": list(self.reasons),
+            "grippers": grippers,
+            "quadrotors": quadrotors,
+        }
+
+    @classmethod
+    def from_dict(cls, values: dict[str, Any]) -> Solution:
+        """Return the solution that `to_dict` gave."""
+        grippers, quadrotors = values["grippers"], values["quadrotors"]
+        if len(grippers) != len(quadrotors) or not grippers:
+            raise ValueError(f"{len(grippers)} grippers and {len(quadrotors)} quadrotors")
+        return cls(
+            rank=int(values["rank"]),
+            log_likelihood=float(values["log_likelihood"]),
+            feasible=bool(values["feasible"]),
+            reasons=tuple(values["reasons"]),
+            X_SG=_poses(grippers),
+            normal=_rows(grippers, "normal", 3),
+            X_SQ=_poses(quadrotors),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class ContactSolutions:
+    """The result of one transfer: distinct solutions, the likeliest first.
+
+    Attributes
+    ----------
+    method : str
+        How they were found.
+    seed : int
+        The seed.
+    skill : str
+        The skill's label.
+    cloud : dict
+        `path`, `sha256`, `points` (count), `dropped_points`, `centroid` (3,) [m], `up` (3,) and `viewpoint` (3,) [m] or
+        None of the cloud.
+    parameters : TransferParameters or None
+        With which they were found; None for contacts that were given, or written without.
+    timing : dict
+        `features_s`, `query_s`, `optimise_s` [s].
+    solutions : tuple of Solution
+    evidence : Evidence or None
+        What they were found from, for pictures; not written to the file.
+
+    Examples
+    --------
+    >>> import json
+    >>> from drake_aerial import read_scan, read_skill, transfer
+    >>> contacts = transfer(read_skill("flat"), read_scan("box_68x68x28"), method="centroid")
+    >>> document = json.loads(contacts.to_json())
+    >>> document["schema"], document["solutions"][0]["feasible"]
+    ('drake_aerial/contacts', True)
+    """
+
+    method: str
+    seed: int
+    skill: str
+    cloud: dict[str, Any]
+    timing: dict[str, float]
+    solutions: tuple[Solution, ...]
+    parameters: TransferParameters | None = None
+    evidence: Evidence | None = field(default=None, repr=False)
+
+    def __len__(self) -> int:
+        return len(self.solutions)
+
+    def __getitem__(self, index: int) -> Solution:
+        return self.solutions[index]
+
+    @property
+    def best(self) -> Solution | None:
+        """The likeliest feasible solution, or None."""
+        return next((solution for solution in self.solutions if solution.feasible), None)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the content of contacts.json: lengths in metres, in the cloud's frame."""
+        document = {
+            "schema": SCHEMA,
+            "version": VERSION,
+            "units": "m",
+            "frame": "cloud",
+            "method": self.method,
+            "seed": self.seed,
+            "skill": self.skill,
+            "cloud": self.cloud,
+            "timing": self.timing,
+            "solutions": [solution.to_dict() for solution in self.solutions],
+        }
+        return (
+            document
+            if self.parameters is None
+            else {**document, "parameters": record_to_mapping(self.parameters)}
+        )
+
+    def to_json(self) -> str:
+        """Return contacts.json as text."""
+        return json.dumps(self.to_dict(), indent=1, allow_nan=False) + "\n"
+
+    def write(self, path: str | Path) -> None:
+        """Write contacts.json, whole or not at all.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be written.
+        """
+        write_text(path, self.to_json())
+
+    @classmethod
+    def read(cls, path: str | Path) -> ContactSolutions:
+        """Read a contacts.json.
+
+        Raises
+        ------
+        InputError
+            If the file is missing, is not JSON, has another schema or version, or is incomplete.
+        """
+        try:
+            values = json.loads(Path(path).read_text(encoding="utf-8"))
+        except OSError as error:
+            raise InputError(
+                f"cannot read contacts from {path}: {error.strerror or error}"
+            ) from error
+        except (ValueError, RecursionError) as error:
+            raise InputError(f"{path} is not JSON: {error}") from error
+        schema = values.get("schema") if isinstance(values, dict) else None
+        if schema != SCHEMA:
+            raise InputError(f"{path} has the schema {shown(schema)}; contacts have {SCHEMA!r}")
+        if values.get("version") != VERSION:
+            raise InputError(
+                f"{path} has contacts of version {shown(values.get('version'))}; this program reads {VERSION}"
+            )
+        given = values.get("parameters")
+        try:
+            return cls(
+                method=str(values["method"]),
+                seed=int(values["seed"]),
+                skill=str(values["skill"]),
+                cloud=dict(values["cloud"]),
+                timing=dict(values["timing"]),
+                solutions=tuple(Solution.from_dict(entry) for entry in values["solutions"]),
+                parameters=None
+                if given is None
+                else record_from_mapping(TransferParameters, given, f"{path}: parameters"),
+            )
+        except InputError:
+            raise
+        except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
+            raise InputError(f"{path} has incomplete or damaged contacts: {error}") from error
+
+
+def _rows(entries: list[dict[str, Any]], key: str, count: int) -> Array:
+    rows = np.array([entry[key] for entry in entries], dtype=float)
+    if rows.shape != (len(entries), count) or not np.isfinite(rows).all():
+        raise ValueError(f"{key} should be {count} finite numbers")
+    return rows
+
+
+def _poses(entries: list[dict[str, Any]]) -> Pose:
+    return Pose(_rows(entries, "position", 3), _rows(entries, "quaternion_wxyz", 4))

@@ -1,0 +1,1 @@
+"""The model predictive controller: horizon, condensed program, costs, the system itself."""

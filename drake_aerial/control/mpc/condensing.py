@@ -1,0 +1,77 @@
+"""A linear-quadratic control problem over a horizon as a dense program in the inputs alone."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from drake_aerial.dynamics.linearization import DiscreteModel
+from drake_aerial.geometry import Array
+
+
+class CondensedProblem:
+    """Buffers for min sum_k 1/2 d_k^T Q_k d_k + q_k^T d_k + 1/2 u_k^T R u_k + r_k^T u_k over d_{k+1} = A d + B u + c.
+
+    d_0 = 0: the horizon begins at the measured state. The Hessian is built backwards through the horizon, in
+    O(N^2) products of small matrices.
+
+    Parameters
+    ----------
+    stages, nx, nu : int
+        N, and the sizes of state and input.
+    """
+
+    def __init__(self, stages: int, nx: int, nu: int):
+        self.N, self.nx, self.nu = stages, nx, nu
+        N, width = stages, 1 + stages * nu
+        # d_k = G_k (1, u_0, ..., u_{k-1}): the first column is where the horizon goes without input. A last row (1, 0, ...) lets drifts and
+        # gradients ride along in the products. Block k of the buffer holds the Hessian's rows of u_k, W_k (the cost's derivative by d_k) and
+        # G_{k-1}, so that a step backwards, rows_k and W_k from W_{k+1} and G_k, is one product of one block into the next.
+        Y = np.zeros((N + 2, nu + 2 * nx + 1, width))
+        Y[1:, -1, 0] = 1.0
+        self._rows, self._W = Y[:N, :nu, 1:], Y[N, nu : nu + nx]
+        self._gradient = Y[:N, :nu, 0]
+        self._G = Y[1:, nu + nx : -1]
+        free = [1 + k * nu for k in range(N + 1)]
+        self._known = [Y[k + 1, nu + nx :, : free[k]] for k in range(N)]
+        self._next = [Y[k + 2, nu + nx : -1, : free[k]] for k in range(N)]
+        self._after = [Y[k + 1, nu:, : free[k + 1]] for k in range(N)]
+        self._before = [Y[k, : nu + nx, : free[k + 1]] for k in range(N)]
+        # Where the inputs' matrices go in G: in each block one block of columns further to the right.
+        first = Y[2:, nu + nx : -1, 1:]
+        steps = (first.strides[0] + nu * first.strides[2], *first.strides[1:])
+        self._new = np.lib.stride_tricks.as_strided(first, (N, nx, nu), steps)
+        self._backward = np.zeros((N, nu + nx, 2 * nx + 1))
+
+    def condense(
+        self, model: DiscreteModel, Q: Array, q: Array, R: Array, r: Array
+    ) -> tuple[Array, Array]:
+        """Return the Hessian, of which the lower triangle counts, and the gradient (N nu,) at zero input.
+
+        Parameters
+        ----------
+        model : DiscreteModel
+            A, B, c of the N steps.
+        Q, q : (N + 1, nx, nx), (N + 1, nx) arrays
+            Weights of d_0 (ignored) to d_N.
+        R, r : (N, nu), (N, nu) arrays
+            Weights of the inputs; R has diagonals.
+        """
+        N, nx, nu, flow = self.N, self.nx, self.nu, model.flow
+        self._new[:] = model.Gamma
+        for A, known, after in zip(flow[:, :, nu:], self._known, self._next):
+            np.matmul(A, known, out=after)
+        L = self._backward
+        L[:, :, :nx] = np.swapaxes(flow[:, :, :-1], 1, 2)
+        L[:, nu:, nx:-1] = Q[:N]
+        L[:, nu:, -1] = q[:N]
+        np.matmul(Q[N], self._G[N], out=self._W)
+        self._W[:, 0] += q[N]
+        for k in range(N - 1, -1, -1):
+            np.matmul(L[k], self._after[k], out=self._before[k])
+        hessian = self._rows.reshape(N * nu, N * nu)
+        hessian.ravel()[:: N * nu + 1] += R.ravel()
+        return hessian, (self._gradient + r).ravel()
+
+    def expand(self, u: Array) -> Array:
+        """Return the states d_0 to d_N (N + 1, nx) that inputs u (N nu,) lead to."""
+        return self._G @ np.concatenate([[1.0], u])

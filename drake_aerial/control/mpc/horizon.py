@@ -1,0 +1,108 @@
+"""The horizon of a receding plan: its steps, of unequal length, and how a plan is moved on in time."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+
+from drake_aerial.dynamics.payload_model import PayloadState
+from drake_aerial.errors import InputError
+from drake_aerial.geometry import Array
+
+STAGES = (1,) * 4 + (2,) * 8
+"""The default horizon's steps, in units of the shortest."""
+
+
+class Horizon:
+    """N steps from now on.
+
+    Parameters
+    ----------
+    stages : int or sequence of int
+        The lengths of the steps, in units of `step`; a number alone is so many equal steps.
+    step : float
+        h, the shortest step [s].
+    ahead : float
+        By how much a plan is moved on from one to the next [s].
+    lag : float
+        How old the samples are from which a plan is made [s], at most `ahead`.
+
+    Attributes
+    ----------
+    units : (N,) int array
+        The lengths of the steps.
+    ends : (N + 1,) int array
+        Where states are, from 0 on, in units of `step`.
+    shares : (N + 1,) array
+        A state counts for half of the steps on both its sides, the last one for its own.
+    means : (N, ends[-1]) array
+        From inputs at every unit to their means over the steps.
+    shift_states, shift_inputs : (N + 1, N + 1), (N, N) arrays
+        From a plan's states and inputs to those of the same plan `ahead` later.
+    lapse : (N + 1,) array
+        From a plan's states to how they change within `lag`, before `ahead` is over.
+    """
+
+    def __init__(self, stages: int | Sequence[int], step: float, ahead: float, lag: float = 0.0):
+        units = np.ones(stages, int) if isinstance(stages, int) and stages > 0 else np.array(stages)
+        whole = units.ndim == 1 and len(units) > 1 and units.dtype.kind == "i" and (units > 0).all()
+        if not whole or not step > 0.0:
+            raise InputError(
+                f"an MPC needs at least 2 stages, each a whole number of steps long, and a step > 0 s but got {stages}, {step}"
+            )
+        self.units, self.step = units, step
+        self.ends = np.concatenate([[0], np.cumsum(units)])
+        self.shares = np.concatenate([[1.0], 0.5 * (units[:-1] + units[1:]), [1.0]])
+        self.means = np.zeros((len(units), self.ends[-1]))
+        for k, (begin, end) in enumerate(itertools.pairwise(self.ends)):
+            self.means[k, begin:end] = 1.0 / (end - begin)
+        self.shift_states = shifting(self.ends.astype(float), ahead / step)
+        self.lapse = (
+            self.shift_states[0] - shifting(self.ends.astype(float), (ahead - lag) / step)[0]
+        )
+        self.shift_inputs = shifting(self.means @ np.arange(self.ends[-1]), ahead / step)
+
+    def __len__(self) -> int:
+        """Return N."""
+        return len(self.units)
+
+
+def shifting(times: Array, ahead: float) -> Array:
+    """Return the matrix (B, B) that moves samples at `times` (B,) on by `ahead`: linear between them, and beyond the end."""
+    B = len(times)
+    place = times + ahead
+    low = np.clip(np.searchsorted(times, place, side="right") - 1, 0, B - 2)
+    share = (place - times[low]) / (times[low + 1] - times[low])
+    M = np.zeros((B, B))
+    M[np.arange(B), low] = 1.0 - share
+    M[np.arange(B), low + 1] = share
+    return M
+
+
+def pack(x: PayloadState) -> Array:
+    """Return states (batch B) as rows (B, 18 + 9 n)."""
+    return np.concatenate([field.reshape(len(field), -1) for field in x], axis=1)
+
+
+def unpack(rows: Array, n: int) -> PayloadState:
+    """Return the states that rows (B, 18 + 9 n) hold, as views."""
+    B, c = len(rows), 18 + 3 * n
+    return PayloadState(
+        rows[:, 0:3],
+        rows[:, 3:6],
+        rows[:, 6:15].reshape(B, 3, 3),
+        rows[:, 15:18],
+        rows[:, 18:c].reshape(B, n, 3),
+        rows[:, c : c + 3 * n].reshape(B, n, 3),
+        rows[:, c + 3 * n :].reshape(B, n, 3),
+    )
+
+
+def normalized(x: PayloadState) -> PayloadState:
+    """Return blended neighbouring states back on their manifold: as good as the geodesic, they are close."""
+    R = 1.5 * x.R - 0.5 * x.R @ x.R.mT @ x.R
+    xi = x.xi / np.sqrt(np.vecdot(x.xi, x.xi))[:, :, None]
+    w = x.w - xi * np.vecdot(xi, x.w)[:, :, None]
+    return x._replace(R=R, xi=xi, w=w)

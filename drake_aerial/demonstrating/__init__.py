@@ -1,1 +1,0 @@
-"""Making a demonstration without writing it: contacts given as numbers, or clicked on the cloud in a browser."""

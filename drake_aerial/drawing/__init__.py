@@ -1,1 +1,0 @@
-"""Pictures and pages: what a cloud, a skill, contacts and a flight look like."""

@@ -1,0 +1,271 @@
+"""References of the whole model, cables and thrusts included, from a trajectory of the tracked point."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
+from drake_aerial.geometry import (
+    Array,
+    cross,
+    matrix_from_quat,
+    quat_about_axis,
+    quat_conjugate,
+    quat_from_two_vectors,
+    quat_log,
+    quat_multiply,
+    rotate,
+)
+from drake_aerial.references.trajectory import Trajectory
+from drake_aerial.statics.gravity import GRAVITY
+
+GRID = 0.005
+"""Spacing of the reference table [s]."""
+SMOOTHING = 0.12
+"""Width of the window over which accelerations are averaged before they are differentiated [s].
+
+A trajectory's jerk may jump between its pieces, its velocity too at constant rate; the cables' reference must not."""
+
+
+SWING_SMOOTHING = 0.6
+"""The same for the attitude's own acceleration, of which a hanging payload's attitude depends [s].
+
+The dependence is a resonance (the payload swings about its contact): only what is slower than it can be followed."""
+CORRECTIONS = 1
+"""How often the attitude is corrected for its own acceleration."""
+
+
+_MARGIN = 200
+"""Grid points at rest before and after the trajectory."""
+
+
+class Reference(NamedTuple):
+    """What the model should do at a batch of times.
+
+    Attributes
+    ----------
+    p, v : (B, 3) arrays
+        Position and velocity of L's origin in the world, exactly the trajectory's.
+    R : (B, 3, 3) array
+        Attitude R_WL that the cables can produce; with one cable its yaw is only nominal.
+    omega : (B, 3) array
+        Angular velocity of L in the world [rad/s].
+    xi, w : (B, n, 3) arrays
+        Cable directions and their angular velocities.
+    F, u : (B, n, 3) arrays
+        Thrusts and commanded thrusts [N].
+    pull : (B, 3) array
+        Unit direction of the total cable force in the world.
+    mu : (B, n, 3) array
+        Forces of the cables on the payload in the world [N].
+    moment : (B, 3) array
+        Their moment about the CoM in the axes of L [N m].
+    """
+
+    p: Array
+    v: Array
+    R: Array
+    omega: Array
+    xi: Array
+    w: Array
+    F: Array
+    u: Array
+    pull: Array
+    mu: Array
+    moment: Array
+
+
+def _differentiate(values: Array) -> Array:
+    """Return time derivatives of values on the grid (T, ...), of fourth order inside and rest at the ends."""
+    padded = np.concatenate([values[:1]] * 2 + [values] + [values[-1:]] * 2)
+    return (8.0 * (padded[3:-1] - padded[1:-3]) - (padded[4:] - padded[:-4])) / (12.0 * GRID)
+
+
+def _smooth(values: Array, width: float) -> Array:
+    """Return values on the grid (T, 3) averaged over a Hann window of `width` [s]."""
+    half = int(round(width / GRID / 2))
+    window = np.hanning(2 * half + 3)[1:-1]
+    window /= window.sum()
+    padded = np.concatenate(
+        [np.repeat(values[:1], half, 0), values, np.repeat(values[-1:], half, 0)]
+    )
+    return np.stack(
+        [np.convolve(padded[:, k], window, "valid") for k in range(values.shape[1])], axis=1
+    )
+
+
+def producible_attitude(
+    model: PayloadModelParameters, yaw: float, force: Array, moment: Array
+) -> Array:
+    """Return the attitudes q_WL (T, 4) nearest to upright at `yaw` in which the cables can make a wrench.
+
+    Parameters
+    ----------
+    model : PayloadModelParameters
+    yaw : float
+        [rad]
+    force : (T, 3) array
+        Total cable force in the world [N].
+    moment : (T, 3) array
+        Moment about the CoM in the axes of L [N m].
+
+    Notes
+    -----
+    One cable makes no moment about itself and its force must pass beside the CoM at the moment's lever; contacts on
+    a line make no moment about that line. Three and more others make any wrench in any attitude.
+    """
+    upright = np.array([np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)])
+    q = np.broadcast_to(upright, (len(force), 4))
+    centred = model.p_LC - model.p_LC.mean(0)
+    singular = np.linalg.svd(centred)[1] if model.n > 1 else np.zeros(3)
+    size = np.linalg.norm(force, axis=1, keepdims=True)
+    if singular[0] < 1e-6:
+        a = model.arms.mean(0)
+        if np.linalg.norm(a) < 1e-6:
+            return q
+        across = cross(moment, a[None]) / (a @ a)
+        along = np.sqrt(np.maximum(size**2 - (across**2).sum(-1, keepdims=True), (0.1 * size) ** 2))
+        f = across + along * a / np.linalg.norm(a)
+        f = rotate(upright, f / np.linalg.norm(f, axis=1, keepdims=True))
+        return quat_multiply(quat_from_two_vectors(f, force / size), upright)
+    if len(singular) < 2 or singular[1] < 1e-6:
+        line = np.linalg.svd(centred)[2][0]
+        c = model.arms.mean(0) - line * (model.arms.mean(0) @ line)
+        if np.linalg.norm(c) < 1e-6:
+            return q
+        f = rotate(quat_conjugate(upright), force)
+        now = np.arctan2(cross(c[None], f) @ line, f @ c)
+        lever = np.linalg.norm(c) * np.linalg.norm(f - (f @ line)[:, None] * line, axis=1)
+        wanted = np.arcsin(np.clip((moment @ line) / np.maximum(lever, 1e-9), -0.95, 0.95))
+        return quat_multiply(q, quat_about_axis(np.broadcast_to(line, f.shape), now - wanted))
+    return q
+
+
+def _tabulate(model: PayloadModelParameters, trajectory: Trajectory) -> Reference:
+    t = np.arange(-_MARGIN, int(round(trajectory.duration / GRID)) + _MARGIN + 1) * GRID
+    sample = trajectory.sample(t)
+    a_L = _smooth(sample.a, SMOOTHING)
+    T, n = len(t), model.n
+    gravity = np.array([0.0, 0.0, GRAVITY])
+    moment, a_cm = np.zeros((T, 3)), a_L
+    for _ in range(CORRECTIONS + 1):
+        force = model.mass * (a_cm + gravity)
+        q = producible_attitude(model, trajectory.yaw, force, moment)
+        step = quat_multiply(quat_conjugate(q[:-1]), q[1:])
+        angle = np.concatenate([np.zeros((1, 3)), np.cumsum(quat_log(step), axis=0)])
+        W = _differentiate(angle)
+        dW = _differentiate(W)
+        moment = _smooth(dW @ model.inertia + cross(W, W @ model.inertia), SWING_SMOOTHING)
+        R = matrix_from_quat(q)
+        a_cm = a_L + _smooth(_of_body(R, W, dW, model.p_LLcm), SWING_SMOOTHING)
+    wrench = np.concatenate([(force[:, None] @ R)[:, 0], moment], axis=1)
+    mu = (wrench @ model.grasp_inverse.T).reshape(T, n, 3) @ np.swapaxes(R, 1, 2)
+    xi = -mu / np.linalg.norm(mu, axis=-1, keepdims=True)
+    xi_dot = _differentiate(xi)
+    a_C = np.stack([a_L + _of_body(R, W, dW, c) for c in model.p_LC], axis=1)
+    l, m = model.cable_length[:, None], model.quadrotor_mass[:, None]
+    F = mu + m * (a_C + gravity - l * _differentiate(xi_dot))
+    u = F + model.thrust_lag * _differentiate(F)
+    omega = (R @ W[:, :, None])[:, :, 0]
+    pull = force / np.linalg.norm(force, axis=1, keepdims=True)
+    return Reference(sample.p, sample.v, R, omega, xi, cross(xi, xi_dot), F, u, pull, mu, moment)
+
+
+def _of_body(R: Array, W: Array, dW: Array, point: Array) -> Array:
+    """Return the acceleration in the world (T, 3) of a point fixed in L, relative to L's origin."""
+    point = np.broadcast_to(point, W.shape)
+    body = cross(dW, point) + cross(W, cross(W, point))
+    return (R @ body[:, :, None])[:, :, 0]
+
+
+def disturbed(
+    model: PayloadModelParameters, yaw: float, desired: Reference, wrench: Array
+) -> Reference:
+    """Return a reference (batch B) for a payload on which a constant wrench pushes besides.
+
+    The cables' forces make up for it, and the attitude where they cannot. At rest the result is a rest of the model
+    under the wrench; in motion what the wrench does to the cables' accelerations and the payload's turning is left out.
+
+    Parameters
+    ----------
+    model : PayloadModelParameters
+    yaw : float
+        Of the trajectory [rad].
+    desired : Reference
+        Of the model alone.
+    wrench : (6,) array
+        Force on the CoM in the world [N], moment in the axes of L [N m].
+    """
+    force = desired.mu.sum(1)
+    changed, moment, R = force - wrench[0:3], desired.moment - wrench[3:6], desired.R
+    if model.hinged:
+        before = producible_attitude(model, yaw, force, desired.moment)
+        after = producible_attitude(model, yaw, changed, moment)
+        R = matrix_from_quat(quat_multiply(after, quat_conjugate(before))) @ R
+    needed = np.concatenate([(changed[:, None] @ R)[:, 0], moment], axis=1)
+    mu = (needed @ model.grasp_inverse.T).reshape(-1, model.n, 3) @ np.swapaxes(R, 1, 2)
+    size = np.sqrt((mu * mu).sum(-1, keepdims=True))
+    xi = -mu / size
+    # The same change of each force turns a smaller force more.
+    rate = cross(desired.w, desired.xi) * (np.sqrt((desired.mu**2).sum(-1, keepdims=True)) / size)
+    more = mu - desired.mu
+    return desired._replace(
+        R=R,
+        xi=xi,
+        w=cross(xi, rate),
+        F=desired.F + more,
+        u=desired.u + more,
+        pull=changed / np.sqrt((changed * changed).sum(-1, keepdims=True)),
+        mu=mu,
+        moment=moment,
+    )
+
+
+class ReferenceTable:
+    """The reference of a model along a trajectory, tabulated once and interpolated linearly.
+
+    Parameters
+    ----------
+    model : PayloadModelParameters
+    trajectory : Trajectory
+
+    Attributes
+    ----------
+    inputs : slice
+        Where rows hold u.
+    """
+
+    def __init__(self, model: PayloadModelParameters, trajectory: Trajectory):
+        table = _tabulate(model, trajectory)
+        shapes = [field.shape[1:] for field in table]
+        self._rows = np.concatenate([field.reshape(len(table.p), -1) for field in table], axis=1)
+        splits = np.cumsum([0] + [int(np.prod(s)) for s in shapes]).tolist()
+        self._fields = [(slice(a, b), shape) for a, b, shape in zip(splits, splits[1:], shapes)]
+        self.inputs = self._fields[Reference._fields.index("u")][0]
+
+    def at(self, t: ArrayLike) -> Reference:
+        """Return the reference at times t (B,) [s]; beyond the table it rests at its ends."""
+        return self.unpack(self.rows(t))
+
+    def rows(self, t: ArrayLike) -> Array:
+        """Return the same as rows, to be picked from and unpacked."""
+        last = len(self._rows) - 1.0
+        place = np.minimum(np.maximum(np.asarray(t, float) * (1.0 / GRID) + _MARGIN, 0.0), last)
+        low = np.minimum(place.astype(int), len(self._rows) - 2)
+        rows = self._rows[low]
+        rows += (place - low)[:, None] * (self._rows[low + 1] - rows)
+        return rows
+
+    def unpack(self, rows: Array) -> Reference:
+        """Return the reference that rows hold."""
+        return Reference(*[rows[:, part].reshape(-1, *shape) for part, shape in self._fields])
+
+
+@lru_cache(maxsize=32)
+def reference_table(model: PayloadModelParameters, trajectory: Trajectory) -> ReferenceTable:
+    """Return the table of a model (by identity) along a trajectory (by value), computed once."""
+    return ReferenceTable(model, trajectory)

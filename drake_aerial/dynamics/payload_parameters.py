@@ -1,0 +1,184 @@
+"""What a controller believes about a payload and the quadrotors that carry it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from drake_aerial.errors import InputError
+from drake_aerial.geometry import Array, skew
+from drake_aerial.statics.gravity import GRAVITY
+
+
+@dataclass(frozen=True, eq=False)
+class PayloadModelParameters:
+    """Parameters of the payload model: one rigid payload, n quadrotors as point masses on taut cables.
+
+    Scalars given for a quantity per quadrotor hold for all of them. Gripper and cable masses belong to the
+    payload.
+
+    Parameters
+    ----------
+    mass : float
+        Payload mass M [kg].
+    inertia : (3, 3) array
+        Payload inertia about its CoM, in the axes of L [kg m^2].
+    p_LC : (n, 3) array
+        Contacts in the tracked frame L [m].
+    p_LLcm : (3,) array
+        CoM in L [m].
+    quadrotor_mass, cable_length : (n,) arrays
+        m_i [kg] and l_i [m].
+    thrust_lag : (n, 3) array
+        First-order lag of the thrust vector along the world's x, y, z [s].
+    min_thrust, max_thrust : (n,) arrays
+        Limits of the total thrust of each quadrotor [N].
+    """
+
+    mass: float
+    inertia: Any
+    p_LC: Any
+    p_LLcm: Any = (0.0, 0.0, 0.0)
+    quadrotor_mass: Any = 0.25
+    cable_length: Any = 0.5
+    thrust_lag: Any = (0.1, 0.1, 0.03)
+    min_thrust: Any = 0.8
+    max_thrust: Any = 7.07
+
+    def __post_init__(self) -> None:
+        p_LC = np.atleast_2d(np.asarray(self.p_LC, float))
+        if p_LC.ndim != 2 or p_LC.shape[1] != 3 or not len(p_LC) or not np.isfinite(p_LC).all():
+            raise InputError(
+                f"p_LC must hold n >= 1 finite contacts (n, 3) [m] but has shape {p_LC.shape}"
+            )
+        n = len(p_LC)
+        inertia = _array("inertia", self.inertia, (3, 3))
+        _check_inertia(inertia)
+        if not self.mass > 0.0 or not np.isfinite(self.mass):
+            raise InputError(
+                f"the payload's mass must be strictly positive [kg] but got {self.mass}"
+            )
+        values = {
+            "p_LC": p_LC,
+            "inertia": inertia,
+            "p_LLcm": _array("p_LLcm", self.p_LLcm, (3,)),
+            "quadrotor_mass": _array("quadrotor_mass", self.quadrotor_mass, (n,)),
+            "cable_length": _array("cable_length", self.cable_length, (n,)),
+            "thrust_lag": _array("thrust_lag", self.thrust_lag, (n, 3)),
+            "min_thrust": _array("min_thrust", self.min_thrust, (n,)),
+            "max_thrust": _array("max_thrust", self.max_thrust, (n,)),
+        }
+        for name in ("quadrotor_mass", "cable_length", "thrust_lag"):
+            if not (values[name] > 0.0).all():
+                raise InputError(
+                    f"{name} must be strictly positive but got {values[name].tolist()}"
+                )
+        if (
+            not (values["max_thrust"] > values["min_thrust"]).all()
+            or (values["min_thrust"] < 0.0).any()
+        ):
+            raise InputError(
+                "thrust limits must satisfy 0 <= min_thrust < max_thrust [N] for every quadrotor"
+            )
+        for name, value in values.items():
+            value.setflags(write=False)
+            object.__setattr__(self, name, value)
+
+    @property
+    def n(self) -> int:
+        """The number of quadrotors."""
+        return len(self.p_LC)
+
+    @cached_property
+    def arms(self) -> Array:
+        """Contacts relative to the payload's CoM, a_i = p_LC - p_LLcm, (n, 3) [m] in the axes of L."""
+        return self.p_LC - self.p_LLcm
+
+    @cached_property
+    def arm_matrices(self) -> Array:
+        """[a_i]x of the arms, (n, 3, 3) [m]."""
+        return skew(self.arms)
+
+    @cached_property
+    def inverse_masses(self) -> Array:
+        """diag(1 / m_i), (n, n) [1/kg]."""
+        return np.diag(1.0 / self.quadrotor_mass)
+
+    @cached_property
+    def inertia_inverse(self) -> Array:
+        """Inverse of the payload's inertia (3, 3) [1/(kg m^2)]."""
+        return np.linalg.inv(self.inertia)
+
+    @cached_property
+    def grasp_matrix(self) -> Array:
+        """P (6, 3 n): stacked cable forces on the payload (axes of L) to force and moment about the CoM."""
+        return np.concatenate(
+            [np.tile(np.eye(3), self.n), np.concatenate(list(skew(self.arms)), axis=1)]
+        )
+
+    @cached_property
+    def grasp_inverse(self) -> Array:
+        """P^+ (3 n, 6): the smallest cable forces that make a force and a moment. With one cable, the force alone."""
+        return np.asarray(np.linalg.pinv(self.grasp_matrix) if self.n > 1 else np.eye(3, 6), float)
+
+    @cached_property
+    def hinged(self) -> bool:
+        """Whether all contacts lie on a line or in one point, about which the cables make no moment."""
+        singular = np.linalg.svd(self.p_LC - self.p_LC.mean(0), compute_uv=False)
+        return len(singular) < 2 or bool(singular[1] < 1e-6)
+
+    @cached_property
+    def constant_jacobians(self) -> tuple[Array, Array]:
+        """What never changes of the linearised model: of the core error state's rate (6 + 7 n, 6 + 7 n), with rows
+        for angular velocity, cable rates and thrust lags, and of the contacts' q (n, 3, 6 + 7 n) by the thrusts.
+        """
+        n = self.n
+        A, q = np.zeros((6 + 7 * n, 6 + 7 * n)), np.zeros((n, 3, 6 + 7 * n))
+        A[0:3, 3:6] = np.eye(3)
+        A[6 : 6 + 2 * n, 6 + 2 * n : 6 + 4 * n] = np.eye(2 * n)
+        A[6 + 4 * n :, 6 + 4 * n :] = -np.diag(1.0 / self.thrust_lag.ravel())
+        for i in range(n):
+            column = 6 + 4 * n + 3 * i
+            q[i, :, column : column + 3] = -np.eye(3) / (
+                self.quadrotor_mass[i] * self.cable_length[i]
+            )
+        return A, q
+
+    def carried_by(self, quadrotors: Sequence[int]) -> PayloadModelParameters:
+        """Return the model of the same payload on some of the cables only; the mass of what let go stays with it."""
+        index = list(quadrotors)
+        names = ("p_LC", "quadrotor_mass", "cable_length", "thrust_lag", "min_thrust", "max_thrust")
+        return replace(self, **{name: getattr(self, name)[index] for name in names})
+
+    @property
+    def weight(self) -> float:
+        """Weight of payload and quadrotors together [N]."""
+        return GRAVITY * (self.mass + float(self.quadrotor_mass.sum()))
+
+
+def _array(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
+    try:
+        given = np.asarray(value, float)
+        array = np.array(np.broadcast_to(given, shape))
+    except (TypeError, ValueError):
+        raise InputError(f"{name} must be of shape {shape} but got {np.shape(value)}") from None
+    if not np.isfinite(array).all():
+        raise InputError(f"{name} must be finite but got {np.asarray(value).tolist()}")
+    return array
+
+
+def _check_inertia(inertia: Array) -> None:
+    scale = np.abs(inertia).max()
+    if not np.allclose(inertia, inertia.T, atol=1e-9 * scale):
+        raise InputError(f"the payload's inertia must be symmetric but got {inertia.tolist()}")
+    a, b, c = np.linalg.eigvalsh(inertia)
+    if a <= 0.0 or a + b < c * (1.0 - 1e-9):
+        raise InputError(
+            f"the payload's inertia is impossible: principal moments {a:.4g}, {b:.4g}, {c:.4g} kg m^2; "
+            "each must be positive and at most the sum of the other two"
+        )

@@ -1,0 +1,122 @@
+"""What a controller sees: its input ports as one value, the payload's position filtered."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_aerial.geometry import IDENTITY, Array, cross, skew
+from drake_aerial.plant.cable_geometry import rotation
+
+
+class Observation(NamedTuple):
+    """One measured state.
+
+    Attributes
+    ----------
+    p, v : (3,) arrays
+        Position and velocity of L's origin in the world [m, m/s].
+    R : (3, 3) array
+        R_WL.
+    W : (3,) array
+        Angular velocity of the payload in the axes of L [rad/s].
+    p_WQ, v_WQ : (n, 3) arrays
+        Position and velocity of the quadrotors [m, m/s].
+    z_WQ : (n, 3) array
+        Thrust axis of each quadrotor in the world.
+    xi, xi_dot : (n, 3) arrays
+        Cable directions, from quadrotor to contact, and their rates [1/s].
+    """
+
+    p: Array
+    v: Array
+    R: Array
+    W: Array
+    p_WQ: Array
+    v_WQ: Array
+    z_WQ: Array
+    xi: Array
+    xi_dot: Array
+
+    @property
+    def w(self) -> Array:
+        """Angular velocities (n, 3) of the cables in the world [rad/s]."""
+        return cross(self.xi, self.xi_dot)
+
+    def after(self, time: float) -> Observation:
+        """Return what is to be seen `time` [s] later, at constant velocities, for times in which no more happens."""
+        turn = IDENTITY + time * skew(self.W)
+        xi = self.xi + time * self.xi_dot
+        return self._replace(
+            p=self.p + time * self.v,
+            R=1.5 * (R := self.R @ turn) - 0.5 * R @ R.T @ R,
+            p_WQ=self.p_WQ + time * self.v_WQ,
+            xi=xi / np.sqrt(np.vecdot(xi, xi))[:, None],
+        )
+
+    def of_quadrotors(self, index: NDArray[np.intp]) -> Observation:
+        """Return what is seen with only the quadrotors and cables of `index` (k,)."""
+        fields = ("p_WQ", "v_WQ", "z_WQ", "xi", "xi_dot")
+        return self._replace(**{name: getattr(self, name)[index] for name in fields})
+
+
+def observe(payload: Array, quadrotors: Array, cables: Array) -> Observation:
+    """Return the observation in port vectors: payload (13,), quadrotors (13 n,), cables (6 n,)."""
+    quadrotors, cables = quadrotors.reshape(-1, 13), cables.reshape(-1, 6)
+    R = rotation(payload[0:4])
+    xi, rate = cables[:, 0:3], cables[:, 3:6]
+    xi = xi / np.sqrt(np.vecdot(xi, xi))[:, None]
+    w, x, y, z = quadrotors[:, 0:4].T
+    z_WQ = np.empty((len(quadrotors), 3))
+    z_WQ[:, 0] = 2 * (x * z + w * y)
+    z_WQ[:, 1] = 2 * (y * z - w * x)
+    z_WQ[:, 2] = 1 - 2 * (x * x + y * y)
+    return Observation(
+        payload[4:7],
+        payload[10:13],
+        R,
+        payload[7:10] @ R,
+        quadrotors[:, 4:7],
+        quadrotors[:, 10:13],
+        z_WQ,
+        xi,
+        rate - xi * np.vecdot(xi, rate)[:, None],
+    )
+
+
+class PositionFilter(NamedTuple):
+    """A Kalman filter of a measured position whose rate is measured too.
+
+    The velocity is integrated and corrected by the noisy position, so that the estimate is smooth and does not lag.
+    All three axes share one variance.
+
+    Attributes
+    ----------
+    position_noise : float
+        Standard deviation of each measured coordinate [m]; 0 takes measurements as they are.
+    velocity_noise : float
+        Standard deviation of the integrated velocity's error, as white noise per step [m/s].
+    """
+
+    position_noise: float = 0.01
+    velocity_noise: float = 0.01
+
+    def step(self, memory: Array, measured: Array, velocity: Array, dt: float) -> Array:
+        """Return the memory (7,) after a measurement: estimate (3,) [m], last velocity (3,) [m/s], variance [m^2].
+
+        A memory with negative variance stands for "nothing seen yet".
+        """
+        noise = self.position_noise**2
+        after = np.empty(7)
+        after[3:6] = velocity
+        if memory[6] < 0.0 or noise == 0.0:
+            after[0:3], after[6] = measured, noise
+            return after
+        variance = memory[6] + (self.velocity_noise * dt) ** 2
+        gain = variance / (variance + noise)
+        predicted = memory[0:3] + 0.5 * dt * (memory[3:6] + velocity)
+        after[0:3] = predicted + gain * (measured - predicted)
+        after[6] = (1.0 - gain) * variance
+        return after

@@ -1,0 +1,1 @@
+"""Files: written whole, archives, YAML records, shipped models. Nothing of the method."""

@@ -1,0 +1,50 @@
+"""Where the models that ship with the package are: payloads, demonstrations, meshes."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from drake_aerial.errors import InputError
+
+_PACKAGE = Path(__file__).resolve().parents[1]
+
+
+def models_dir() -> Path:
+    """Return the folder of the shipped models, whether the package is installed or run from a checkout."""
+    for candidate in (_PACKAGE / "share" / "models", _PACKAGE.parent / "models"):
+        if (candidate / "package.xml").is_file():
+            return candidate
+    raise InputError(f"the shipped models were not found beside {_PACKAGE}; reinstall drake-aerial")
+
+
+def names(kind: str) -> list[str]:
+    """Return the names of the shipped files of a kind: "payloads", "demonstrations" or "studies"."""
+    return sorted(path.stem for path in (models_dir() / kind).glob("*.yaml"))
+
+
+def find(kind: str, name_or_path: str | Path) -> Path:
+    """Return the file that a NAME of a shipped model, or a path, stands for.
+
+    Parameters
+    ----------
+    kind : str
+        "payloads", "demonstrations" or "studies".
+    name_or_path : str or Path
+        A shipped model's name ("flat"), or the path of a YAML file.
+
+    Raises
+    ------
+    InputError
+        If neither exists; the message lists the names that do.
+    """
+    path = Path(name_or_path)
+    if os.path.isfile(path):
+        return path
+    shipped = models_dir() / kind / f"{name_or_path}.yaml"
+    if path.name == str(name_or_path) and os.path.isfile(shipped):
+        return shipped
+    singular = {"studies": "study"}.get(kind, kind.removesuffix("s"))
+    raise InputError(
+        f"no {singular} {str(name_or_path)!r}: give a YAML file or one of {', '.join(names(kind))}"
+    )

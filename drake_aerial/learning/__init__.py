@@ -1,1 +1,0 @@
-"""Contact models learnt from one demonstration."""

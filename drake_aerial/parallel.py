@@ -1,0 +1,130 @@
+"""Parallel work: threads over the machine's cores, and one BLAS thread for small arrays.
+
+Results do not depend on the number of cores. The method's matrix products are small: more BLAS threads cost more than
+they give, and sum in another order, so that results would depend on the machine.
+"""
+
+from __future__ import annotations
+
+import functools
+import os
+import threading
+from collections import deque
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import ParamSpec, TypeVar
+
+from threadpoolctl import threadpool_limits
+
+_T = TypeVar("_T")
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
+
+_pool: ThreadPoolExecutor | None = None
+_lock = threading.Lock()
+
+
+def cores() -> int:
+    """Return how many threads compute at a time: OMP_NUM_THREADS if it is set, else the cores this process may use."""
+    wanted = os.environ.get("OMP_NUM_THREADS", "").split(",")[0].strip()
+    if wanted.isdecimal() and int(wanted) > 0:
+        return int(wanted)
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def for_each(function: Callable[[_T], None], items: Sequence[_T]) -> None:
+    """Call a function with every item, several at a time, in no particular order.
+
+    It pays where most of the time is spent in array operations, which let other threads run. Calls must not depend on
+    each other, and what an item is must not depend on the number of cores: then neither does the result.
+    """
+    helpers = min(cores(), len(items)) - 1
+    if helpers < 1:
+        for item in items:
+            function(item)
+        return
+    waiting = deque(items)
+
+    def work() -> None:
+        while True:
+            try:
+                item = waiting.popleft()
+            except IndexError:
+                return
+            try:
+                function(item)
+            except BaseException:
+                # After an error nothing more is begun, by whomever.
+                waiting.clear()
+                raise
+
+    futures = [_threads().submit(work) for _ in range(helpers)]
+    try:
+        work()
+    finally:
+        # Helpers that have not begun, because others keep the threads busy, have nothing left to do.
+        begun = [future for future in futures if not future.cancel()]
+        errors = [future.exception() for future in begun]
+    for error in errors:
+        if error is not None:
+            raise error
+
+
+def _threads() -> ThreadPoolExecutor:
+    global _pool
+    with _lock:
+        if _pool is None:
+            _pool = ThreadPoolExecutor(max(cores() - 1, 1), thread_name_prefix="drake_aerial")
+        return _pool
+
+
+def _forget() -> None:
+    """A forked process has none of its parent's threads."""
+    global _pool, _lock
+    _pool, _lock = None, threading.Lock()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget)
+
+
+_blas_lock = threading.Lock()
+_calls = 0
+_limits: threadpool_limits | None = None
+
+
+def one_blas_thread(function: Callable[_P, _R]) -> Callable[_P, _R]:
+    """Return the function, run with one BLAS thread whatever the environment says; the old number is restored.
+
+    The number is the whole process's: the first of several calls, nested or of several threads, sets it, the last to end
+    restores it.
+    """
+
+    @functools.wraps(function)
+    def limited(*args: _P.args, **kwargs: _P.kwargs) -> _R:
+        _enter()
+        try:
+            return function(*args, **kwargs)
+        finally:
+            _leave()
+
+    return limited
+
+
+def _enter() -> None:
+    global _calls, _limits
+    with _blas_lock:
+        if _calls == 0:
+            _limits = threadpool_limits(limits=1, user_api="blas")
+        _calls += 1
+
+
+def _leave() -> None:
+    global _calls, _limits
+    with _blas_lock:
+        _calls -= 1
+        if _calls == 0 and _limits is not None:
+            _limits.restore_original_limits()
+            _limits = None

@@ -1,1 +1,0 @@
-"""Point clouds and their surface features."""

@@ -1,0 +1,111 @@
+"""What a controller is told about where the payload's mass is: `below_contact`, `geometric` or `true`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
+from drake_aerial.errors import InputError
+from drake_aerial.geometry import Array
+from drake_aerial.plant.cable import CableParameters
+from drake_aerial.plant.gripper import GripperParameters
+from drake_aerial.plant.payload import Payload
+from drake_aerial.plant.quadrotor import QuadrotorParameters
+from drake_aerial.simulation.station_parameters import each
+
+BELIEFS = ("below_contact", "geometric", "true")
+_THINNEST = 0.02
+
+
+def suspended_properties(
+    payload: Payload, p_LC: Array, gripper: GripperParameters | Sequence[GripperParameters]
+) -> tuple[float, Array, Array]:
+    """Return mass [kg], centre of mass (3,) in L [m] and inertia (3, 3) about it [kg m^2] of payload and n grippers.
+
+    Parameters
+    ----------
+    payload : Payload
+        In L.
+    p_LC : (n, 3) array
+        Contacts, where the grippers count as points [m].
+    gripper : GripperParameters, or a sequence of n
+    """
+    masses = np.array([payload.mass] + [g.mass for g in each(gripper, len(p_LC), "grippers")])
+    points = np.concatenate([payload.com[None], p_LC])
+    total = float(masses.sum())
+    com = masses @ points / total
+    arms = points - com
+    squares = np.einsum("i,ij,ij->", masses, arms, arms)
+    inertia = payload.inertia + squares * np.eye(3) - np.einsum("i,ij,ik->jk", masses, arms, arms)
+    return total, com, inertia
+
+
+def believed_model(
+    belief: str,
+    payload: Payload,
+    p_LC: ArrayLike,
+    *,
+    scan_L: ArrayLike | None = None,
+    quadrotors: Sequence[QuadrotorParameters],
+    cable: CableParameters | Sequence[CableParameters],
+    gripper: GripperParameters | Sequence[GripperParameters],
+    mass_ratio: float = 1.0,
+) -> PayloadModelParameters:
+    """Return the model that a controller is given under a belief; the beliefs differ in where mass is, and in nothing else.
+
+    Parameters
+    ----------
+    belief : str
+        "below_contact": nothing is known but the grip. The centre of mass is straight below the mean contact, at half the visible
+        height; the inertia is that of a box of the visible extents.
+        "geometric": the centre of mass and inertia of the scan's closed hull, of uniform density.
+        "true": the plant's.
+    payload : Payload
+        In L.
+    p_LC : (n, 3)
+        Contacts in L [m].
+    scan_L : (N, 3), optional
+        What was seen of the payload, in L, z up [m]; all of its surface by default.
+    quadrotors, cable, gripper :
+        The n quadrotors, their cables and grippers, all known; one cable or gripper stands for n equal ones.
+    mass_ratio : float
+        Believed mass of the payload over its true mass; its inertia follows.
+
+    Raises
+    ------
+    InputError
+        For an unknown belief, or a mass ratio that is not positive.
+    """
+    if belief not in BELIEFS:
+        raise InputError(f"no belief {belief!r}: give one of {', '.join(BELIEFS)}")
+    if not (np.isfinite(mass_ratio) and mass_ratio > 0.0):
+        raise InputError(
+            f"a believed mass of {mass_ratio!r} times the true one; a positive number accepted"
+        )
+    contacts = np.asarray(p_LC, dtype=float).reshape(-1, 3)
+    payload = replace(payload, mass=mass_ratio * payload.mass, inertia=mass_ratio * payload.inertia)
+    mass, com, inertia = suspended_properties(payload, contacts, gripper)
+    seen = payload.vertices if scan_L is None else np.asarray(scan_L, dtype=float)
+    if belief == "below_contact":
+        low, high = seen.min(axis=0), seen.max(axis=0)
+        size = np.maximum(high - low, _THINNEST)
+        com = np.array([*contacts[:, :2].mean(axis=0), high[2] - 0.5 * size[2]])
+        inertia = mass / 12.0 * (np.sum(size**2) * np.eye(3) - np.diag(size**2))
+    elif belief == "geometric":
+        hull = Payload.from_cloud(seen, mass, depth=_THINNEST)
+        com, inertia = hull.com, hull.inertia
+    limits = np.array([q.thrust_limits for q in quadrotors])
+    return PayloadModelParameters(
+        mass=mass,
+        inertia=inertia,
+        p_LC=contacts,
+        p_LLcm=com,
+        quadrotor_mass=np.array([q.mass for q in quadrotors]),
+        cable_length=np.array([c.length for c in each(cable, len(contacts), "cables")]),
+        min_thrust=limits[:, 0],
+        max_thrust=limits[:, 1],
+    )

@@ -1,0 +1,211 @@
+"""A demonstration: one cloud, and where grippers and quadrotors were on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from drake_aerial.cloud.point_cloud import PointCloud
+from drake_aerial.errors import InputError
+from drake_aerial.geometry import Array, Pose, perpendicular, quat_from_xz, quat_normalize
+from drake_aerial.io import model_files
+from drake_aerial.io.strict_yaml import check_keys, number, numbers, read_mapping, shown
+from drake_aerial.skill.demonstration_cloud import read_cloud
+
+CABLE_LENGTH = 0.5
+"""Cable length where a demonstration names none [m]: the paper's."""
+
+
+@dataclass(frozen=True, eq=False)
+class Demonstration:
+    """Where n grippers belong on one object, shown once.
+
+    Attributes
+    ----------
+    name : str
+        Short name, for instance the file's stem.
+    cloud : PointCloud
+        The visible surface, in its frame S [m].
+    grippers : Pose
+        Gripper poses X_SG, batch (n,): z along the outward surface normal, origin on the surface.
+    quadrotors : Pose
+        Quadrotor poses X_SQ, batch (n,).
+    cable_length : (n,) array
+        Cable lengths [m].
+    description : str
+        One sentence for people.
+    label : str
+        The label that the learnt skill is stored under.
+
+    Examples
+    --------
+    >>> from drake_aerial import Demonstration, read_scan
+    >>> shown = Demonstration.make(read_scan("box_68x61x28"), [0.2, 0.0, 0.14], cable_length=0.6)
+    >>> shown.quadrotors.p.round(2).tolist()
+    [[0.2, 0.0, 0.74]]
+    """
+
+    name: str
+    cloud: PointCloud
+    grippers: Pose
+    quadrotors: Pose
+    cable_length: Array
+    description: str
+    label: str
+
+    def __len__(self) -> int:
+        """Return the number of grippers n."""
+        return len(self.cable_length)
+
+    @classmethod
+    def make(
+        cls,
+        cloud: PointCloud,
+        positions: ArrayLike,
+        *,
+        axes: ArrayLike | None = None,
+        cable_length: ArrayLike = CABLE_LENGTH,
+        cable_directions: ArrayLike | None = None,
+        name: str = "demonstration",
+        description: str = "",
+        label: str | None = None,
+    ) -> Demonstration:
+        """Make a demonstration of grippers at `positions` on a cloud.
+
+        Parameters
+        ----------
+        cloud : PointCloud
+            The visible surface, in its frame S.
+        positions : (n, 3) or (3,) array
+            Gripper positions on the surface, in S [m].
+        axes : (n, 3) array, optional
+            Gripper axes, the outward surface normals, in S; of any length. Up by default.
+        cable_length : float or (n,) array
+            Cable lengths [m].
+        cable_directions : (n, 3) array, optional
+            From each gripper to its quadrotor, in S; of any length. Up by default.
+        name, description, label : str
+            For people; the label is the name by default.
+
+        Raises
+        ------
+        InputError
+            If a shape is wrong, a direction vanishes, or a cable has no length.
+        """
+        p = np.atleast_2d(np.asarray(positions, float))
+        if p.ndim != 2 or p.shape[1] != 3 or len(p) == 0 or not np.isfinite(p).all():
+            raise InputError(
+                f"gripper positions should be finite and of shape (n, 3), got {np.shape(positions)}"
+            )
+        z = _directions(axes, cloud.up, len(p), "gripper axes")
+        along = _directions(cable_directions, cloud.up, len(p), "cable directions")
+        length = np.broadcast_to(np.asarray(cable_length, float), (len(p),)).copy()
+        if not np.all(np.isfinite(length) & (length > 0.0)):
+            raise InputError(f"cable lengths should be positive, in metres, got {length.tolist()}")
+        x = perpendicular(cloud.up)
+        level = quat_from_xz(x, cloud.up)
+        # The gripper's x axis as near as it can be to a fixed horizontal one; it is free where grippers are
+        # axial.
+        tilted = np.abs(z @ x) > 0.999
+        grippers = Pose(p, quat_from_xz(np.where(tilted[:, None], cloud.up, x), z))
+        quadrotors = Pose(p + length[:, None] * along, np.tile(level, (len(p), 1)))
+        return cls(name, cloud, grippers, quadrotors, length, description, label or name)
+
+    @classmethod
+    def read(cls, path_or_name: str | Path) -> Demonstration:
+        """Read a demonstration from a YAML file, or one of the shipped ones by name.
+
+        The file has `name`, `label` and `description` (optional), `cloud` (see `demonstration_cloud`) and
+        `grippers`, a list of: `position` [m] and `axis` or `quaternion_wxyz`, `cable_length` [m] and
+        `cable_direction` or `quadrotor` (its position [m]); lengths and directions are optional. All in the
+        cloud's frame.
+
+        Raises
+        ------
+        InputError
+            If the file is missing or not YAML, a key is unknown or missing, a value is of the wrong kind, or
+            the cloud is bad.
+        """
+        path = model_files.find("demonstrations", path_or_name)
+        values = read_mapping(path)
+        where = str(path)
+        check_keys(
+            values, where, required=("cloud", "grippers"), optional=("name", "label", "description")
+        )
+        cloud = read_cloud(values["cloud"], path)
+        entries = values["grippers"]
+        if not isinstance(entries, list) or not entries:
+            raise InputError(
+                f"{where}: grippers should be a list with at least one entry, got {shown(entries)}"
+            )
+        grippers = [
+            _gripper(entry, f"{where}: gripper {n + 1}", cloud.up)
+            for n, entry in enumerate(entries)
+        ]
+        name = str(values.get("name", path.stem))
+        demonstration = cls.make(
+            cloud,
+            np.array([g["position"] for g in grippers]),
+            axes=np.array([g["axis"] for g in grippers]),
+            cable_length=np.array([g["cable_length"] for g in grippers]),
+            cable_directions=np.array([g["cable_direction"] for g in grippers]),
+            name=name,
+            description=str(values.get("description", "")).strip(),
+            label=str(values.get("label", name)),
+        )
+        q = np.array(
+            [
+                demonstration.grippers.q[n] if g["q"] is None else g["q"]
+                for n, g in enumerate(grippers)
+            ]
+        )
+        return replace(demonstration, grippers=Pose(demonstration.grippers.p, q))
+
+
+def _gripper(entry: Any, where: str, up: Array) -> dict[str, Any]:
+    check_keys(
+        entry,
+        where,
+        required=("position",),
+        optional=("axis", "quaternion_wxyz", "cable_length", "cable_direction", "quadrotor"),
+    )
+    for a, b in (("axis", "quaternion_wxyz"), ("cable_direction", "quadrotor")):
+        if a in entry and b in entry:
+            raise InputError(f"{where}: give {a} or {b}, not both")
+    position = numbers(entry["position"], (3,), f"{where}: position")
+    q = None
+    axis = numbers(entry["axis"], (3,), f"{where}: axis") if "axis" in entry else up
+    if "quaternion_wxyz" in entry:
+        q = numbers(entry["quaternion_wxyz"], (4,), f"{where}: quaternion_wxyz")
+        if np.linalg.norm(q) < 1e-6:
+            raise InputError(f"{where}: quaternion_wxyz should not be zero")
+        q = quat_normalize(q)
+    direction, length = up, CABLE_LENGTH
+    if "cable_direction" in entry:
+        direction = numbers(entry["cable_direction"], (3,), f"{where}: cable_direction")
+    if "quadrotor" in entry:
+        direction = numbers(entry["quadrotor"], (3,), f"{where}: quadrotor") - position
+        length = float(np.linalg.norm(direction))
+    if "cable_length" in entry:
+        length = number(entry["cable_length"], f"{where}: cable_length")
+    return {
+        "position": position,
+        "axis": axis,
+        "q": q,
+        "cable_length": length,
+        "cable_direction": direction,
+    }
+
+
+def _directions(values: ArrayLike | None, default: Array, count: int, what: str) -> Array:
+    d = np.tile(default, (count, 1)) if values is None else np.atleast_2d(np.asarray(values, float))
+    if d.shape != (count, 3):
+        raise InputError(f"{what} should be of shape ({count}, 3), got {d.shape}")
+    length = np.linalg.norm(d, axis=1, keepdims=True)
+    if not np.all(length > 1e-9):
+        raise InputError(f"{what} should be directions of positive length, got {d.tolist()}")
+    return d / length

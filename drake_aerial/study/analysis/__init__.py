@@ -1,0 +1,1 @@
+"""Numbers of a study from its records: statistics, intervals, claims. No pages."""

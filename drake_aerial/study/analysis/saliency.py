@@ -1,0 +1,60 @@
+"""How rich in features a scan is around a contact, against the rest of the scan."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from drake_aerial.cloud.point_cloud import PointCloud
+from drake_aerial.features.canonical_frame import to_canonical
+from drake_aerial.features.surface_features import FeatureParameters, compute_features
+from drake_aerial.geometry import Array, transform
+
+REACH = 0.05
+"""Radius around a contact that counts as its surroundings [m]: what a contact model sees of an object (docs/method.md)."""
+
+
+class SalientSurface:
+    """Saliency of a scan's surroundings, place by place.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+        The scan, in its frame S.
+    parameters : FeatureParameters, optional
+        Of the surface features; those of the skill that the contacts come from.
+
+    Attributes
+    ----------
+    points : (N, 3) array
+        Where features are, in S [m].
+    saliency : (N,) array
+        Of each feature: |kappa_1 rho|, an edge's at a rim.
+    surroundings : (N,) array
+        Mean saliency within `REACH` of each.
+    """
+
+    def __init__(self, cloud: PointCloud, parameters: FeatureParameters | None = None):
+        from scipy.spatial import cKDTree
+
+        cloud_N, X_SN = to_canonical(cloud)
+        features = compute_features(cloud_N, parameters)
+        self.points: Array = transform(X_SN, features.p)
+        self.saliency: Array = features.saliency
+        self._tree = cKDTree(self.points)
+        self.surroundings = self._mean(self.points)
+
+    def percentile(self, positions: Array) -> Array:
+        """Return for positions (n, 3) in S [m] the part (n,) of the scan with less salient surroundings; ties count half."""
+        value = self._mean(np.asarray(positions, float))[:, None]
+        ties = np.isclose(self.surroundings, value, rtol=1e-9, atol=1e-12)
+        return np.mean(np.where(ties, 0.5, self.surroundings < value), axis=1)
+
+    def _mean(self, positions: Array) -> Array:
+        near = self._tree.query_ball_point(positions, REACH)
+        nearest = self._tree.query(positions)[1]
+        return np.array(
+            [
+                self.saliency[rows].mean() if rows else self.saliency[k]
+                for rows, k in zip(near, nearest)
+            ]
+        )

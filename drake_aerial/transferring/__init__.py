@@ -1,1 +1,0 @@
-"""Transfer of a learnt contact to a new scan."""

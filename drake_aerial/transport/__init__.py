@@ -1,1 +1,0 @@
-"""The transport station, one trial of it, and its metrics."""
