@@ -5,6 +5,7 @@ from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.features.canonical_frame import canonical_frame, to_canonical
 from drake_aerial.features.surface_features import compute_features
 from drake_aerial.geometry import Pose, axis_of, quat_about_axis, random_rotation, rotate, transform
+from tests.features import cloud_shapes as shapes
 
 Z = np.array([0.0, 0.0, 1.0])
 

@@ -18,6 +18,7 @@ from drake_aerial.geometry import (
     rotate,
     rotation_angle,
 )
+from tests.features import cloud_shapes as shapes
 
 RHO = 0.03
 
