@@ -1,4 +1,4 @@
-"""Turn the normals of a cloud outward: towards the sensor where it is known, else consistently over the cloud."""
+"""Outward signs of normals: towards a known sensor, else consistent over the cloud."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from drake_aerial.parallel import cores, for_each
 
 _NEIGHBOURS = 12
 _DIRECTIONS = 128
-# Weight of "outward is mostly up" and of "outward is away from the middle" beside the extremal points' votes.
+# Weights of "outward is up" and "outward is away from the centroid"; extremal points have 1.
 _UP_WEIGHT = 3.0
 _AWAY_WEIGHT = 0.25
-# Edges that are looked at together: their arrays stay in the cache, and the cores share the parts.
+# Number of edges in a parallel chunk, whose arrays fit the cache.
 _EDGES = 8192
 
 
 def towards_viewpoint(points: Array, normals: Array, viewpoint: Array) -> Array:
-    """Return the normals (N, 3) with signs such that each points to the side of `viewpoint` (3,) [m]."""
+    """Return the normals (N, 3), each with the sign that faces `viewpoint` (3,) [m]."""
     away = np.sum(normals * (viewpoint - points), axis=1) < 0.0
     return np.where(away[:, None], -normals, normals)
 
@@ -30,12 +30,13 @@ def towards_viewpoint(points: Array, normals: Array, viewpoint: Array) -> Array:
 def consistently(points: Array, normals: Array, up: Array, radius: float) -> Array:
     """Return the normals with consistent signs, outward.
 
-    Signs spread along a minimum spanning tree of the neighbourhood graph (Hoppe et al. 1992). The weight of an edge
-    and the sign across it follow the circle through both points that one of the normals fixes (Koenig and Gumhold
-    2009), so that edges of a box and thin walls are crossed rightly. Each connected part's own sign is then chosen by
-    three criteria together: at the points extremal in many directions the outward normal looks in that direction
-    (exact on a closed surface, however concave); a part seen from one side only looks mostly up (zero on a closed
-    surface); and, weakly, outward is away from the cloud's centroid.
+    Signs propagate along a minimum spanning tree of the neighbourhood graph (Hoppe et al. 1992).
+    The weight of a graph edge and the sign across it follow the circle through both points that
+    one of the normals fixes (Koenig and Gumhold 2009). So a box's edges and thin walls get right
+    signs. The sign of each connected part is then selected by the sum of three criteria: at points
+    that are extremal in a direction, the normal has that direction (exact on a closed surface,
+    also a concave one); normals are up on average (zero on a closed surface); and, with a small
+    weight, normals point away from the cloud's centroid.
 
     Parameters
     ----------
@@ -49,7 +50,7 @@ def consistently(points: Array, normals: Array, up: Array, radius: float) -> Arr
     Returns
     -------
     (N, 3) array
-        The same normals, some of them negated.
+        The normals, some of them negated.
     """
     graph = _sign_graph(points, normals, radius)
     count, part = connected_components(graph, directed=False)
@@ -59,7 +60,7 @@ def consistently(points: Array, normals: Array, up: Array, radius: float) -> Arr
 
 
 def _sign_graph(points: Array, normals: Array, radius: float) -> csr_matrix:
-    """Return the neighbourhood graph, weighted by how doubtful it is to carry a sign along each edge."""
+    """Return the neighbourhood graph; a large weight means that the relative sign is uncertain."""
     count = len(points)
     nearest = min(_NEIGHBOURS + 1, count)
     distance, neighbour = cKDTree(points).query(
@@ -69,21 +70,21 @@ def _sign_graph(points: Array, normals: Array, radius: float) -> csr_matrix:
     i = np.repeat(np.arange(count), near.sum(axis=1))
     j = neighbour[:, 1:][near]
     agreement, along = _transport(points, normals, i, j)
-    # Along the normal the circle is degenerate and the offset is noise or another wall: crossed last.
+    # Along the normal, the circle is degenerate, and the offset is noise or another wall.
     doubt = (1.0 - np.abs(agreement)) + along**2
-    # Rounded, so that on flat faces, where all weights are zero, the last bits do not choose the tree; not zero, which
-    # a sparse graph takes for no edge.
+    # Rounded, so that the last bits do not select the tree on flat faces, where all weights are
+    # zero. Positive, since a zero in a sparse graph means no edge.
     weight = np.round(np.maximum(doubt, 0.0), 9) + 1e-9
     graph = csr_matrix((weight, (i, j)), shape=(count, count))
-    # Each edge once: the searches take the graph for undirected, and sorting its edges is what they cost.
+    # Each edge once: the searches treat the graph as undirected, and sort its edges.
     return triu(graph.maximum(graph.T), format="csr")
 
 
 def _transport(
     points: Array, normals: Array, i: NDArray[np.int64], j: NDArray[np.int64]
 ) -> tuple[Array, Array]:
-    """Return n_j . n_i' with n_i' the normal at i carried along a circle to j, and the offset's part along n_i."""
-    # Coordinate by coordinate: long columns are several times as fast as rows of three.
+    """Return n_j . n_i' and the offset along n_i; n_i' is n_i moved along a circle to j."""
+    # Arrays (3, N) are several times as fast as (N, 3).
     p, n = points.T.copy(), normals.T.copy()
     agreement, along = np.empty(len(i)), np.empty(len(i))
 
