@@ -7,10 +7,12 @@ axes; they broadcast.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from drake_aerial.errors import InputError
 
 Array = NDArray[np.float64]
 """An array of doubles; docstrings give its shape and unit."""
@@ -51,6 +53,25 @@ class Pose(NamedTuple):
     def take(self, index: ArrayLike) -> Pose:
         """Return the poses at `index` along the first batch axis."""
         return Pose(self.p[index], self.q[index])  # type: ignore[index]
+
+
+def as_pose(pose: Any) -> Pose:
+    """Return a `Pose` as it is, and a pydrake `RigidTransform` or a (4, 4) matrix as a `Pose`."""
+    if isinstance(pose, Pose):
+        return pose
+    if hasattr(pose, "GetAsMatrix4"):
+        pose = pose.GetAsMatrix4()
+    if isinstance(pose, tuple) and len(pose) == 2:
+        return Pose(np.asarray(pose[0], float), np.asarray(pose[1], float))
+    matrix = np.asarray(pose, float)
+    if matrix.shape[-2:] != (4, 4):
+        raise InputError(
+            f"a pose must be a Pose, a RigidTransform or a (4, 4) matrix, got shape {matrix.shape}"
+        )
+    R = matrix[..., :3, :3]
+    if not np.allclose(R @ np.swapaxes(R, -1, -2), IDENTITY, atol=1e-6):
+        raise InputError("the rotation of a pose must be orthonormal; scale the points instead")
+    return Pose(matrix[..., :3, 3], quat_from_matrix(R))
 
 
 def identity(*shape: int) -> Pose:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from drake_aerial.cloud.point_cloud import PointCloud
+from drake_aerial.cloud.readers import read_geometry
 from drake_aerial.errors import InputError
 from drake_aerial.io import model_files
 from drake_aerial.io.strict_yaml import check_keys, number, numbers, shown
@@ -89,7 +90,10 @@ def _mesh(values: dict[str, Any], source: str, where: str, path: Path) -> Any:
         mesh = trimesh.creation.box(extents=size)
     else:
         file = _mesh_file(str(values["mesh"]), where, path)
-        mesh = trimesh.load(file, force="mesh")
+        geometry = read_geometry(file)
+        if geometry.faces is None:
+            raise InputError(f"{where}: {file} holds no triangles; give it as file, not as mesh")
+        mesh = trimesh.Trimesh(geometry.points, geometry.faces)
     scale = number(values.get("scale", 1.0), f"{where}: scale")
     if not scale > 0.0:
         raise InputError(f"{where}: scale should be positive, got {scale}")
