@@ -62,8 +62,9 @@ def _groups(points: Array, gap: float) -> NDArray[np.int32] | None:
         return None
     # Farther cubes than 2^20 share the last one, so that keys fit 64-bit integers.
     x, y, z = np.minimum((points - points.min(axis=0)) / gap, _MAX_CUBES).astype(np.int64).T
-    key, inverse = np.unique((x * (2 * _MAX_CUBES) + y) * (2 * _MAX_CUBES) + z, return_inverse=True)
-    cube = np.stack(np.unravel_index(key, (2 * _MAX_CUBES,) * 3), axis=1)
+    base = _MAX_CUBES + 1
+    key, inverse = np.unique((x * base + y) * base + z, return_inverse=True)
+    cube = np.stack(np.unravel_index(key, (base,) * 3), axis=1)
     if len(cube) > len(points) // 2:
         return None
     pairs = cKDTree(cube).query_pairs(1.5, p=np.inf, output_type="ndarray")
