@@ -28,7 +28,7 @@ def read_obj(path: Path) -> RawGeometry:
     text = path.read_bytes().decode("latin-1").replace("\\\r\n", " ").replace("\\\n", " ")
     statements = 0
     for number, line in enumerate(text.splitlines(), 1):
-        words = line.split()
+        words = line.partition("#")[0].split()
         if not words:
             continue
         try:
@@ -36,7 +36,7 @@ def read_obj(path: Path) -> RawGeometry:
                 vertices.append([float(words[1]), float(words[2]), float(words[3])])
             elif words[0] in ("f", "fo"):
                 # A negative index counts back from the vertices read so far.
-                face = [int(word.split("/", 1)[0]) for word in words[1:] if word[0] != "#"]
+                face = [int(word.split("/", 1)[0]) for word in words[1:]]
                 corners += [i - 1 if i > 0 else len(vertices) + i for i in face]
                 counts.append(len(face))
                 if 0 in face:
