@@ -47,18 +47,18 @@ def read_scan(
     name_or_path: str | Path,
     *,
     viewpoint: Sequence[float] | None = None,
-    up: Sequence[float] = (0.0, 0.0, 1.0),
+    up: Sequence[float] | None = None,
 ) -> PointCloud:
     """Return a cloud [m] from a file, or the whole surface of a shipped payload by its name.
 
     Parameters
     ----------
     name_or_path : str or Path
-        .ply, .pcd, .obj, .stl, .npz, .npy, or a shipped payload's name.
+        A scan of any format that `PointCloud.read` takes, or a shipped payload's name.
     viewpoint : (3,), optional
         Where the sensor was, in the cloud's frame [m].
-    up : (3,)
-        The direction against gravity in the cloud's frame.
+    up : (3,), optional
+        The direction against gravity in the cloud's frame; z by default.
 
     Raises
     ------

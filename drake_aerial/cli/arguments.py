@@ -10,7 +10,8 @@ def add_scan(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "cloud",
         metavar="CLOUD",
-        help=".ply .pcd .obj .stl .npz .npy, or the name of a shipped payload",
+        help="a scan (.ply .pcd .obj .stl .npy .npz .xyz .txt .csv .pts .las ...), "
+        "or the name of a shipped payload",
     )
     verb.add_argument(
         "--viewpoint", type=float, nargs=3, metavar=("X", "Y", "Z"), help="where the sensor was [m]"
@@ -19,9 +20,8 @@ def add_scan(verb: argparse.ArgumentParser) -> None:
         "--up",
         type=float,
         nargs=3,
-        default=(0.0, 0.0, 1.0),
         metavar=("X", "Y", "Z"),
-        help="against gravity (default: 0 0 1)",
+        help="against gravity (default: 0 0 1; needed for a scan in camera axes)",
     )
 
 

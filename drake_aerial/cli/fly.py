@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from drake_aerial.cli.answer import answer
+from drake_aerial.cli.answer import answer, tell_assumptions
 from drake_aerial.cli.arguments import add_json, add_seed, positive_number
 from drake_aerial.cli.live import add_live, live_is_wanted, tell_address
 from drake_aerial.cli.progress import progress_bar
@@ -91,6 +91,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Fly the solution and save the trial with its replay; fail unless the flight is completed."""
     from drake_aerial import prepare_flight, write_diagram_picture
     from drake_aerial.configuration import read_controller, read_station
+    from drake_aerial.contacts.solutions import ContactSolutions
     from drake_aerial.visualization.replay import write_replay
 
     live = live_is_wanted(arguments)
@@ -127,6 +128,9 @@ def run(arguments: argparse.Namespace) -> int:
                 result = flight.run(arguments.seed, progress=progress, watch=watch)
         else:
             result = flight.run(arguments.seed, progress=progress)
+    if arguments.payload is None:
+        assumptions = ContactSolutions.read(arguments.contacts).cloud.get("assumptions", [])
+        tell_assumptions(f"{known['kind']}: {known['text']}" for known in assumptions)
     result.save(arguments.out)
     write_replay(arguments.out / "flight.html", result)
     answer(arguments.json, result.metrics, f"{result.summary()}\n-> {arguments.out}")

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drake_aerial.cli.answer import answer
+from drake_aerial.cli.answer import answer, tell_assumptions
 from drake_aerial.cli.arguments import add_json, add_parameters, add_scan, add_seed, positive_number
 from drake_aerial.cli.progress import progress_bar
 
@@ -68,6 +68,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.mass is not None:
         parameters = replace(parameters, lift=default_lift(arguments.mass, len(skill)))
     cloud = read_scan(arguments.cloud, viewpoint=arguments.viewpoint, up=arguments.up)
+    tell_assumptions(cloud.assumptions)
     with progress_bar("transfer") as progress:
         solutions = transfer(
             skill,
@@ -82,6 +83,9 @@ def run(arguments: argparse.Namespace) -> int:
             from drake_aerial import refine
 
             solutions = refine(skill, solutions, parameters=parameters, progress=progress)
+    # Surface features add what was assumed about spacing and outside.
+    found = solutions.cloud.get("assumptions", [])[len(cloud.assumptions) :]
+    tell_assumptions(f"{assumption['kind']}: {assumption['text']}" for assumption in found)
     solutions.write(arguments.out)
     if arguments.html:
         from drake_aerial.visualization.views import write_contacts_page

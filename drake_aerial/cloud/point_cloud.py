@@ -160,6 +160,22 @@ class PointCloud:
             known,
         )
 
+    def require_up(self) -> None:
+        """Check that the direction of gravity is known.
+
+        Raises
+        ------
+        InputError
+            If the cloud is a camera's view in the camera's axes, read without `up`.
+        """
+        if not self.up_is_known:
+            text = next(a.text for a in self.assumptions if a.kind is AssumptionKind.UP)
+            raise InputError(f"the scan is one camera's view in camera axes; up is {text}")
+
+    def assuming(self, *assumptions: Assumption) -> PointCloud:
+        """Return the cloud with more assumptions recorded."""
+        return replace(self, assumptions=self.assumptions + assumptions)
+
     def __len__(self) -> int:
         return len(self.points)
 

@@ -102,6 +102,7 @@ def transfer(
 
     report(0.0, "surface features")
     # The new object's features, in its canonical frame.
+    cloud.require_up()
     cloud_N, X_SN = to_canonical(cloud)
     features = compute_features(cloud_N, skill.parameters.features)
     hull = HorizontalHull.of_points(features.p)
@@ -142,7 +143,7 @@ def transfer(
         method=method,
         seed=seed,
         skill=skill.label,
-        cloud=cloud.to_record(),
+        cloud=cloud.assuming(*features.assumptions).to_record(),
         timing={name: round(b - a, 4) for name, a, b in zip(names, clock, clock[1:])},
         solutions=solutions,
         parameters=parameters,

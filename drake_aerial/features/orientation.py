@@ -27,7 +27,47 @@ def towards_viewpoint(points: Array, normals: Array, viewpoint: Array) -> Array:
     return np.where(away[:, None], -normals, normals)
 
 
-def consistently(points: Array, normals: Array, up: Array, radius: float) -> Array:
+def hidden_points(
+    points: Array, normals: Array, viewpoint: Array, radius: float
+) -> NDArray[np.bool_]:
+    """Return a mask (N,) of the points that other points hide from a sensor at `viewpoint` (3,).
+
+    A point is hidden if a point on the same ray is nearer to the sensor, and at least half the
+    radius off its own tangent plane: on a surface seen at a small angle, no point hides another.
+
+    Parameters
+    ----------
+    points, normals : (N, 3) arrays
+        Points [m] and unit normals of arbitrary sign.
+    viewpoint : (3,) array
+        Position of the sensor [m].
+    radius : float
+        Radius of the feature neighbourhoods [m]; rays half of it apart are one.
+    """
+    ray = points - viewpoint
+    distance = np.linalg.norm(ray, axis=1)
+    width = 0.5 * radius / max(float(np.median(distance)), radius)
+    cell = np.floor((ray / np.maximum(distance, 1e-9)[:, None] + 1.0) / width).astype(np.int64)
+    base = int(2.0 / width) + 2
+    key = (cell[:, 0] * base + cell[:, 1]) * base + cell[:, 2]
+    order = np.lexsort((distance, key))
+    starts = np.append(True, np.diff(key[order]) != 0)
+    nearest = np.empty(len(points), dtype=np.int64)
+    nearest[order] = order[starts][np.cumsum(starts) - 1]
+    off_plane = np.abs(np.sum(normals * (points - points[nearest]), axis=1))
+    hidden: NDArray[np.bool_] = off_plane > 0.5 * radius
+    return hidden
+
+
+def consistently(
+    points: Array,
+    normals: Array,
+    up: Array,
+    radius: float,
+    *,
+    visible: NDArray[np.bool_] | None = None,
+    viewpoint: Array | None = None,
+) -> Array:
     """Return the normals with consistent signs, outward.
 
     Signs propagate along a minimum spanning tree of the neighbourhood graph (Hoppe et al. 1992).
@@ -46,6 +86,11 @@ def consistently(points: Array, normals: Array, up: Array, radius: float) -> Arr
         Unit vector against gravity.
     radius : float
         Points further apart than this [m] are not neighbours.
+    visible : (N,) bool array, optional
+        Points that a sensor at `viewpoint` sees. Parts of the cloud with such points get the sign
+        by which those face the sensor.
+    viewpoint : (3,) array, optional
+        Position of the sensor [m].
 
     Returns
     -------
@@ -56,7 +101,12 @@ def consistently(points: Array, normals: Array, up: Array, radius: float) -> Arr
     count, part = connected_components(graph, directed=False)
     tree = minimum_spanning_tree(graph)
     oriented = normals * _spread(points, normals, tree, part, count)[:, None]
-    return oriented * _outward_sign(points, oriented, up, part, count)[part][:, None]
+    sign = _outward_sign(points, oriented, up, part, count)
+    if visible is not None and viewpoint is not None:
+        facing = np.sum(oriented * (viewpoint - points), axis=1)
+        score = np.bincount(part[visible], facing[visible], minlength=count)
+        sign = np.where(score == 0.0, sign, np.sign(score))
+    return oriented * sign[part][:, None]
 
 
 def _sign_graph(points: Array, normals: Array, radius: float) -> csr_matrix:

@@ -7,12 +7,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from drake_aerial.cloud.assumptions import Assumption, AssumptionKind
 from drake_aerial.cloud.point_cloud import PointCloud
+from drake_aerial.cloud.validation import size_assumption
 from drake_aerial.errors import InputError
 from drake_aerial.features import orientation
 from drake_aerial.features.curvature import Curvature
 from drake_aerial.features.neighbourhoods import order_by_place
 from drake_aerial.features.plane_fit import fit_planes
+from drake_aerial.features.sampling_distance import sampling_distance
 from drake_aerial.geometry import (
     Array,
     Pose,
@@ -27,6 +30,9 @@ from drake_aerial.parallel import one_blas_thread
 # |r1| on a right-angled edge: plane fits smooth the edge over the ball, at any rho.
 # Along the edges of a clean box, the median is 1.17; 90 % are between 1.10 and 1.22.
 EDGE_SALIENCY = 1.15
+# A cloud with more hidden points than this fraction is no single view.
+_HIDDEN = 0.1
+_FEW_POINTS = 50
 # Rounding error of |r1| - |r2| on exactly flat or spherical samples.
 _ROUNDING = 1e-9
 
@@ -100,6 +106,8 @@ class SurfaceFeatures:
         Radius of the neighbourhoods [m].
     edge_saliency : float
         Saliency of rim features.
+    assumptions : tuple of Assumption
+        What was assumed about the cloud's spacing and its outside.
 
     Examples
     --------
@@ -117,6 +125,7 @@ class SurfaceFeatures:
     rim: NDArray[np.bool_]
     rho: float
     edge_saliency: float = EDGE_SALIENCY
+    assumptions: tuple[Assumption, ...] = ()
 
     def __len__(self) -> int:
         return len(self.p)
@@ -207,7 +216,8 @@ def compute_features(
     Raises
     ------
     InputError
-        If no part of the cloud has `min_neighbours` points within rho of each of its points.
+        If neighbouring points are more than rho apart, or no part of the cloud has
+        `min_neighbours` points within rho of each of its points.
 
     Examples
     --------
@@ -225,19 +235,16 @@ def compute_features(
     else:
         # Points of a raw cloud have any order; voxels are sorted already.
         order = order_by_place(cloud.points, 2.0 * parameters.rho)
+    sampled = _check_sampling(cloud, parameters)
     planes = fit_planes(cloud.points[order], parameters.rho, parameters.min_neighbours)
     if planes is None:
         raise InputError(
-            f"too few points: none of {len(cloud)} (one per {1e3 * parameters.voxel_size:.3g} mm voxel) has "
-            f"{parameters.min_neighbours} neighbours within rho = {parameters.rho:g} m; "
-            "give a denser cloud or a larger rho"
+            f"too few points: none of {len(cloud)} has {parameters.min_neighbours} neighbours within "
+            f"rho = {parameters.rho:g} m; {_remedy(cloud)}"
         )
     balls, normals, kept = planes
     points = balls.points
-    if cloud.viewpoint is not None:
-        normals = orientation.towards_viewpoint(points, normals, cloud.viewpoint)
-    else:
-        normals = orientation.consistently(points, normals, cloud.up, parameters.rho)
+    normals, oriented = _outward(cloud, points, normals, parameters.rho)
     t1 = perpendicular(normals)
     curvature = Curvature.of(balls, normals, t1, parameters.rim_offset)
     r = curvature.kappa * parameters.rho
@@ -253,6 +260,63 @@ def compute_features(
     )
     q = quat_from_xz(x, normals)
     features = SurfaceFeatures(
-        points, q, r, anisotropy, curvature.rim, parameters.rho, parameters.edge_saliency
+        points,
+        q,
+        r,
+        anisotropy,
+        curvature.rim,
+        parameters.rho,
+        parameters.edge_saliency,
+        sampled + oriented,
     )
     return features if parameters.voxel_size > 0.0 else features.take(np.argsort(order[kept]))
+
+
+def _check_sampling(cloud: PointCloud, parameters: FeatureParameters) -> tuple[Assumption, ...]:
+    """Return the assumption that a sparse cloud is dense enough.
+
+    Raises
+    ------
+    InputError
+        If the cloud is too sparse for any curvature.
+    """
+    rho = parameters.rho
+    # Large voxels are a user's choice; tiny clouds are refused by their numbers of neighbours.
+    if parameters.voxel_size > rho / 3.0 or len(cloud) < _FEW_POINTS:
+        return ()
+    distance = sampling_distance(cloud.points, rho)
+    spacing = f"neighbouring points are {100 * distance:.2g} cm apart"
+    if distance > rho:
+        raise InputError(
+            f"the scan is too sparse: {spacing}, at most {50 * rho:.2g} cm are needed for "
+            f"rho = {rho:g} m; {_remedy(cloud)}"
+        )
+    if distance <= 0.5 * rho:
+        return ()
+    text = f"the scan is sparse: {spacing}, {50 * rho:.2g} cm or less are better"
+    return (Assumption(AssumptionKind.SPACING, text),)
+
+
+def _remedy(cloud: PointCloud) -> str:
+    """Return the advice for a cloud that is too sparse: by its size, it may be in another unit."""
+    size = size_assumption(cloud.points)
+    return size[0].text if size else "scan more densely, or learn the skill with a larger rho"
+
+
+def _outward(
+    cloud: PointCloud, points: Array, normals: Array, rho: float
+) -> tuple[Array, tuple[Assumption, ...]]:
+    """Return the normals with outward signs, and what was assumed about a given viewpoint."""
+    if cloud.viewpoint is None:
+        return orientation.consistently(points, normals, cloud.up, rho), ()
+    hidden = orientation.hidden_points(points, normals, cloud.viewpoint, rho)
+    if hidden.mean() <= _HIDDEN:
+        return orientation.towards_viewpoint(points, normals, cloud.viewpoint), ()
+    text = (
+        f"{100 * hidden.mean():.0f} % of the scan are hidden from the viewpoint; "
+        "their outside is found from the rest of the scan"
+    )
+    outward = orientation.consistently(
+        points, normals, cloud.up, rho, visible=~hidden, viewpoint=cloud.viewpoint
+    )
+    return outward, (Assumption(AssumptionKind.OUTSIDE, text),)

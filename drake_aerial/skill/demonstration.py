@@ -101,6 +101,7 @@ class Demonstration:
             raise InputError(
                 f"gripper positions should be finite and of shape (n, 3), got {np.shape(positions)}"
             )
+        cloud.require_up()
         z = _directions(axes, cloud.up, len(p), "gripper axes")
         along = _directions(cable_directions, cloud.up, len(p), "cable directions")
         length = np.broadcast_to(np.asarray(cable_length, float), (len(p),)).copy()

@@ -45,7 +45,7 @@ def read_cloud(values: Any, path: Path) -> PointCloud:
     viewpoint = (
         numbers(values["viewpoint"], (3,), f"{where}: viewpoint") if "viewpoint" in values else None
     )
-    up = numbers(values.get("up", [0.0, 0.0, 1.0]), (3,), f"{where}: up")
+    up = numbers(values["up"], (3,), f"{where}: up") if "up" in values else None
     samples = int(number(values.get("samples", 20000), f"{where}: samples"))
     noise = number(values.get("noise", 0.0), f"{where}: noise")
     rng = np.random.default_rng(int(number(values.get("seed", 0), f"{where}: seed")))
@@ -119,7 +119,7 @@ def _mesh_file(name: str, where: str, path: Path) -> Path:
 def _partial(
     mesh: Any,
     viewpoint: np.ndarray | None,
-    up: np.ndarray,
+    up: np.ndarray | None,
     noise: float,
     rng: np.random.Generator,
     where: str,
@@ -128,4 +128,6 @@ def _partial(
         raise InputError(f"{where}: the view 'partial' needs a viewpoint [x, y, z] in metres")
     from drake_aerial.cloud.partial_views import partial_view
 
-    return partial_view(mesh, viewpoint, noise=noise, rng=rng, up=up)
+    return partial_view(
+        mesh, viewpoint, noise=noise, rng=rng, up=(0.0, 0.0, 1.0) if up is None else up
+    )
