@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from drake_aerial.cloud.assumptions import Assumption, AssumptionKind
 from drake_aerial.cloud.point_cloud import PointCloud
-from drake_aerial.cloud.validation import size_assumption
+from drake_aerial.cloud.validation import size_assumption, unit_hint
 from drake_aerial.errors import InputError
 from drake_aerial.features import orientation
 from drake_aerial.features.curvature import Curvature
@@ -299,8 +299,10 @@ def _check_sampling(cloud: PointCloud, parameters: FeatureParameters) -> tuple[A
 
 def _remedy(cloud: PointCloud) -> str:
     """Return the advice for a cloud that is too sparse: by its size, it may be in another unit."""
-    size = size_assumption(cloud.points)
-    return size[0].text if size else "scan more densely, or learn the skill with a larger rho"
+    extent = float(cloud.extent.max())
+    if size_assumption(cloud.points):
+        return f"the cloud is {extent:.3g} m large; {unit_hint(extent)}"
+    return "scan more densely, or learn the skill with a larger rho"
 
 
 def _outward(

@@ -16,7 +16,7 @@ ROWS = b"".join(b"%g %g %g\n" % tuple(p) for p in P)
 LITTLE, BIG = "binary_little_endian", "binary_big_endian"
 
 
-def head(form="ascii", vertex=XYZ, more="", before="", newline="\n", count=len(P), name="vertex"):
+def head(form="ascii", vertex=XYZ, more="", before="", newline="\n", count=5, name="vertex"):
     text = f"ply\n{before}format {form} 1.0\nelement {name} {count}\n{vertex}{more}end_header\n"
     return text.replace("\n", newline).encode("latin-1")
 
