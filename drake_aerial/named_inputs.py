@@ -48,6 +48,7 @@ def read_scan(
     *,
     viewpoint: Sequence[float] | None = None,
     up: Sequence[float] | None = None,
+    camera: str | Path | None = None,
 ) -> PointCloud:
     """Return a cloud [m] from a file, or the whole surface of a shipped payload by its name.
 
@@ -59,6 +60,8 @@ def read_scan(
         Where the sensor was, in the cloud's frame [m].
     up : (3,), optional
         The direction against gravity in the cloud's frame; z by default.
+    camera : str or Path, optional
+        Intrinsics (YAML) of a depth image, whose points are in the camera's frame.
 
     Raises
     ------
@@ -76,6 +79,12 @@ def read_scan(
     from drake_aerial.cloud.point_cloud import PointCloud
 
     path = Path(name_or_path)
+    if camera is not None:
+        from drake_aerial.scene.depth_image import read_depth_image
+
+        if viewpoint is not None:
+            raise InputError("a depth image is seen from its camera; leave out the viewpoint")
+        return read_depth_image(path, camera, up=up)
     names = model_files.names("payloads")
     if not os.path.exists(path) and not path.suffix and str(name_or_path) in names:
         from drake_aerial.geometry import transform

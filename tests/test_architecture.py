@@ -18,6 +18,7 @@ ORDER = (
     "io",
     "cloud",
     "features",
+    "scene",
     "density",
     "skill",
     "statics",

@@ -3,6 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from drake_aerial.cli.answer import tell_assumptions
+
+if TYPE_CHECKING:
+    from drake_aerial.cloud.point_cloud import PointCloud
 
 
 def add_scan(verb: argparse.ArgumentParser) -> None:
@@ -23,6 +30,26 @@ def add_scan(verb: argparse.ArgumentParser) -> None:
         metavar=("X", "Y", "Z"),
         help="against gravity (default: 0 0 1; needed for a scan in camera axes)",
     )
+    verb.add_argument(
+        "--camera",
+        type=Path,
+        metavar="FILE.yaml",
+        help="the intrinsics, if CLOUD is a depth image (.png .tif .npy .exr)",
+    )
+
+
+def scan_of(arguments: argparse.Namespace) -> PointCloud:
+    """Read the cloud, and print what was assumed about it."""
+    from drake_aerial.named_inputs import read_scan
+
+    cloud = read_scan(
+        arguments.cloud,
+        viewpoint=arguments.viewpoint,
+        up=arguments.up,
+        camera=arguments.camera,
+    )
+    tell_assumptions(cloud.assumptions)
+    return cloud
 
 
 def add_parameters(verb: argparse.ArgumentParser, noun: str) -> None:

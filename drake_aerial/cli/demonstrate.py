@@ -5,8 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from drake_aerial.cli.answer import tell_assumptions
-from drake_aerial.cli.arguments import add_scan
+from drake_aerial.cli.arguments import add_scan, scan_of
 from drake_aerial.cli.progress import say
 
 
@@ -39,10 +38,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Take the contacts and write the demonstration."""
     from drake_aerial.annotation.draft import DemonstrationDraft
     from drake_aerial.annotation.server import demonstrate
-    from drake_aerial.named_inputs import read_scan
 
-    cloud = read_scan(arguments.cloud, viewpoint=arguments.viewpoint, up=arguments.up)
-    tell_assumptions(cloud.assumptions)
+    cloud = scan_of(arguments)
     cloud.require_up()
     draft = DemonstrationDraft(cloud, cloud.path)
     if arguments.at is None:

@@ -8,7 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drake_aerial.cli.answer import answer, tell_assumptions
-from drake_aerial.cli.arguments import add_json, add_parameters, add_scan, add_seed, positive_number
+from drake_aerial.cli.arguments import (
+    add_json,
+    add_parameters,
+    add_scan,
+    add_seed,
+    positive_number,
+    scan_of,
+)
 from drake_aerial.cli.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -58,7 +65,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Transfer the skill, write the contacts; fail where none is feasible."""
     from drake_aerial import read_parameters, transfer
     from drake_aerial.contacts.parameters import TransferParameters
-    from drake_aerial.named_inputs import read_scan, read_skill
+    from drake_aerial.named_inputs import read_skill
     from drake_aerial.simulation.lift_check import default_lift
 
     skill = read_skill(arguments.skill)
@@ -67,8 +74,7 @@ def run(arguments: argparse.Namespace) -> int:
         parameters = read_parameters("transfer", arguments.parameters)
     if arguments.mass is not None:
         parameters = replace(parameters, lift=default_lift(arguments.mass, len(skill)))
-    cloud = read_scan(arguments.cloud, viewpoint=arguments.viewpoint, up=arguments.up)
-    tell_assumptions(cloud.assumptions)
+    cloud = scan_of(arguments)
     with progress_bar("transfer") as progress:
         solutions = transfer(
             skill,

@@ -21,6 +21,8 @@ _COLUMNS = (4, 5, 6)
 
 def from_object(source: Any) -> RawGeometry | None:
     """Return the geometry of an object, or None if it is of no known kind."""
+    if isinstance(source, RawGeometry):
+        return source
     # Arrays first: libraries have subclasses of them, such as a trimesh's vertices.
     if isinstance(source, np.ndarray | list | tuple):
         try:

@@ -42,6 +42,8 @@ class PointCloud:
         What reading assumed beyond the defaults; empty for a clean cloud in metres with z up.
     up_is_known : bool
         False for a camera's points in its own axes whose `up` was not given.
+    camera : dict or None
+        Intrinsics of the depth camera, if the cloud was read from a depth image.
 
     Examples
     --------
@@ -61,6 +63,7 @@ class PointCloud:
     dropped_points: int
     assumptions: tuple[Assumption, ...] = ()
     up_is_known: bool = True
+    camera: dict[str, Any] | None = None
 
     def to_record(self) -> dict[str, Any]:
         """Return the cloud's record for result files: its source and identity; lengths in m."""
@@ -73,6 +76,8 @@ class PointCloud:
             "up": self.up.tolist(),
             "viewpoint": None if self.viewpoint is None else self.viewpoint.tolist(),
         }
+        if self.camera is not None:
+            record["camera"] = self.camera
         if self.assumptions:
             record["assumptions"] = [
                 {"kind": str(assumption.kind), "text": assumption.text}
@@ -135,13 +140,15 @@ class PointCloud:
             points = points[~stray]
         check_points(points, raw.label)
         assumptions += size_assumption(points)
-        if viewpoint_S is None and raw.viewpoint is not None:
+        if raw.in_camera_axes:
+            viewpoint_S = raw.viewpoint
+        elif viewpoint_S is None and raw.viewpoint is not None:
             viewpoint_S = raw.viewpoint
             text = f"the sensor is at {viewpoint_S.tolist()}, by the file's viewpoint"
             assumptions.append(Assumption(AssumptionKind.OUTSIDE, text))
         known = True
-        axes = None
-        if raw.faces is None and (viewpoint_S is None or not viewpoint_S.any()):
+        axes = "z forward" if raw.in_camera_axes else None
+        if axes is None and raw.faces is None and (viewpoint_S is None or not viewpoint_S.any()):
             axes = camera_axes(points)
         if axes is not None:
             if viewpoint_S is None:
@@ -175,6 +182,10 @@ class PointCloud:
     def assuming(self, *assumptions: Assumption) -> PointCloud:
         """Return the cloud with more assumptions recorded."""
         return replace(self, assumptions=self.assumptions + assumptions)
+
+    def from_camera(self, camera: dict[str, Any]) -> PointCloud:
+        """Return the cloud with the intrinsics of the depth camera recorded."""
+        return replace(self, camera=camera)
 
     def __len__(self) -> int:
         return len(self.points)

@@ -32,6 +32,8 @@ class RawGeometry:
         The sensor's position [m], if the source has it.
     assumptions : tuple of Assumption
         What the reader assumed.
+    in_camera_axes : bool
+        True for a depth image's points in the camera's frame, z forward.
     """
 
     points: Array
@@ -40,6 +42,7 @@ class RawGeometry:
     path: str | None = None
     viewpoint: Array | None = None
     assumptions: tuple[Assumption, ...] = ()
+    in_camera_axes: bool = False
 
 
 def invalid(path: Path, reason: object) -> InputError:

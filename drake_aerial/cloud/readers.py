@@ -50,6 +50,11 @@ def _read_file(path: Path) -> RawGeometry:
         raise InputError(f"no such file: {path}")
     if not os.path.isfile(path):
         raise InputError(f"{path} is not a file; give {SOURCES}")
+    if suffix in (".png", ".tif", ".tiff", ".exr"):
+        raise InputError(
+            f"{path} is an image; a depth image needs its intrinsics: --camera camera.yaml, "
+            "or drake_aerial.read_depth_image"
+        )
     if suffix not in _READERS:
         given = f"format {suffix!r}" if suffix else "no file extension"
         raise InputError(f"cannot read {path}: {given}; accepted formats are {' '.join(FORMATS)}")

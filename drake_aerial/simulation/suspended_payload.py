@@ -144,7 +144,7 @@ def read_scan(cloud: dict[str, Any], beside: Path | None, *, needed: bool) -> Po
     InputError
         If the cloud is needed and cannot be read, or is not the one the contacts were found on.
     """
-    from drake_aerial.cloud.point_cloud import PointCloud
+    from drake_aerial.scene.recorded_scan import read_recorded_scan
 
     path = cloud.get("path")
     candidates = [] if not path else [Path(path)] + ([] if beside is None else [beside / path])
@@ -158,11 +158,9 @@ def read_scan(cloud: dict[str, Any], beside: Path | None, *, needed: bool) -> Po
             )
             raise InputError(f"{where}: give the scan as cloud, or a payload")
         return None
-    scan = PointCloud.read(found, up=cloud.get("up", (0.0, 0.0, 1.0)))
-    if cloud.get("sha256") and scan.sha256 != cloud["sha256"]:
+    try:
+        return read_recorded_scan(cloud, found)
+    except InputError:
         if needed:
-            raise InputError(
-                f"the scan {found} is not the one the contacts were found on: its points differ"
-            )
+            raise
         return None
-    return scan

@@ -13,6 +13,7 @@ from drake_aerial.cloud.readers import read_geometry
 from drake_aerial.errors import InputError
 from drake_aerial.io import model_files
 from drake_aerial.io.strict_yaml import check_keys, number, numbers, shown
+from drake_aerial.scene.depth_image import read_depth_image
 
 _SOURCES = ("file", "mesh", "box")
 _VIEWS = ("full", "top", "partial")
@@ -23,7 +24,8 @@ _TOP = 1e-6
 def read_cloud(values: Any, path: Path) -> PointCloud:
     """Return the cloud that the `cloud` entry of a demonstration file describes.
 
-    The entry has one source: `file` (a scan, relative to the demonstration file), `mesh` (a file, or the
+    The entry has one source: `file` (a scan, relative to the demonstration file, or a depth image
+    with its intrinsics in `camera`), `mesh` (a file, or the
     name of a shipped mesh; `scale` multiplies it) or `box` (its three sizes [m], centred on the origin). A
     mesh or box is seen in a `view`: `full`, `top` (the top face of a box alone) or `partial` (what a depth
     camera at `viewpoint` sees). `noise` [m] is added with the seed `seed`. `up` is against gravity, z by
@@ -35,7 +37,7 @@ def read_cloud(values: Any, path: Path) -> PointCloud:
         If a key is unknown or missing, a value is of the wrong kind, or the source cannot be read.
     """
     where = f"{path}: cloud"
-    optional = (*_SOURCES, "view", "viewpoint", "up", "scale", "noise", "seed", "samples")
+    optional = (*_SOURCES, "camera", "view", "viewpoint", "up", "scale", "noise", "seed", "samples")
     check_keys(values, where, required=(), optional=optional)
     given = [source for source in _SOURCES if source in values]
     if len(given) != 1:
@@ -58,9 +60,13 @@ def read_cloud(values: Any, path: Path) -> PointCloud:
             raise InputError(
                 f"{where}: view and scale belong to a mesh or box; a file is taken as it is"
             )
-        cloud = PointCloud.read(
-            path.parent / str(values["file"]), viewpoint=viewpoint, up=up, samples=samples
-        )
+        file = path.parent / str(values["file"])
+        if "camera" in values:
+            camera = values["camera"]
+            camera = path.parent / camera if isinstance(camera, str) else camera
+            cloud = read_depth_image(file, camera, up=up)
+        else:
+            cloud = PointCloud.read(file, viewpoint=viewpoint, up=up, samples=samples)
     else:
         mesh = _mesh(values, given[0], where, path)
         if view == "partial":

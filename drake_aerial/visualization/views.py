@@ -212,7 +212,7 @@ def cloud_of(solutions: ContactSolutions, folder: Path) -> PointCloud:
     InputError
         If it is not there any more, or is another cloud.
     """
-    from drake_aerial.cloud.point_cloud import PointCloud
+    from drake_aerial.scene.recorded_scan import read_recorded_scan
 
     given = solutions.cloud.get("path")
     if not given:
@@ -222,16 +222,7 @@ def cloud_of(solutions: ContactSolutions, folder: Path) -> PointCloud:
     candidates: Sequence[str | Path] = (given, folder / given, folder / Path(given).name)
     for candidate in candidates:
         if os.path.isfile(candidate):
-            cloud = PointCloud.read(
-                candidate,
-                viewpoint=solutions.cloud.get("viewpoint"),
-                up=solutions.cloud.get("up", (0.0, 0.0, 1.0)),
-            )
-            if cloud.sha256 != solutions.cloud.get("sha256"):
-                raise InputError(
-                    f"{candidate} is not the cloud that the contacts were found on (its sha256 differs)"
-                )
-            return cloud
+            return read_recorded_scan(solutions.cloud, candidate)
     raise InputError(f"the contacts' cloud {given} is not there; put it beside the contacts file")
 
 
