@@ -201,13 +201,13 @@ class Payload:
         if inertia is None:
             assert solid is not None
             inertia = solid.inertia(mass)
-        X_SP = geometry.identity() if X_SP is None else X_SP
+        X_SP = geometry.identity() if X_SP is None else geometry.as_pose(X_SP)
         # Checked, and made arrays, in the constructor.
         return cls(name, float(mass), cast(Array, com), cast(Array, inertia), vertices, faces, X_SP)
 
     def with_pose(self, X_SP: Pose) -> Payload:
         """Return the same payload with P elsewhere in the scan's frame."""
-        return replace(self, X_SP=X_SP)
+        return replace(self, X_SP=geometry.as_pose(X_SP))
 
     def in_tracked_frame(self, p_SL: ArrayLike, q_SL: ArrayLike = (1.0, 0.0, 0.0, 0.0)) -> Payload:
         """Return the same payload with everything expressed in the tracked frame L, whose pose X_SL takes X_SP's place.
