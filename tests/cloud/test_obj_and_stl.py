@@ -8,13 +8,13 @@ from drake_aerial.cloud.readers import read_geometry
 from drake_aerial.errors import InputError
 
 BOX = trimesh.creation.box([1.0, 2.0, 3.0])
-V = "".join("v %g %g %g\n" % tuple(v) for v in BOX.vertices)
-F = "".join("f %d %d %d\n" % tuple(f + 1) for f in BOX.faces)
+V = "".join("v {:g} {:g} {:g}\n".format(*v) for v in BOX.vertices)
+F = "".join("f {} {} {}\n".format(*f) for f in BOX.faces + 1)
 
 
 def relative_block(centre):
-    corners = "".join("v %g %g %g\n" % tuple(v) for v in BOX.vertices + centre)
-    return corners + "".join("f %d %d %d\n" % tuple(f - 8) for f in BOX.faces)
+    corners = "".join("v {:g} {:g} {:g}\n".format(*v) for v in BOX.vertices + centre)
+    return corners + "".join("f {} {} {}\n".format(*f) for f in BOX.faces - 8)
 
 
 OBJ = {
@@ -23,7 +23,7 @@ OBJ = {
     "faces before the vertices they name": F + V,
     "texture and normals": V
     + "vt 0 0\nvn 0 0 1\n"
-    + "".join("f %d/1/1 %d//1 %d/1\n" % tuple(f + 1) for f in BOX.faces),
+    + "".join("f {}/1/1 {}//1 {}/1\n".format(*f) for f in BOX.faces + 1),
     "groups, materials, smoothing": "mtllib gone.mtl\no a\n" + V + "g b\nusemtl c\ns off\n" + F,
     "comments": "# made by hand\n"
     + V.replace("\n", " # corner\n", 1)
@@ -77,7 +77,7 @@ def test_polygons_of_an_obj_keep_their_area(tmp_path):
     octagon = np.c_[np.cos(angle), np.sin(angle), 0 * angle]
     u = np.c_[[0, 0, 3, 3, 2, 2, 1, 1], [3, 0, 0, 3, 3, 1, 1, 3], [1] * 8]
     dart = np.array([[0, 0, 2], [1, 1, 2], [2, 0, 2], [1, 3, 2]])
-    lines = "".join("v %r %r %r\n" % tuple(map(float, v)) for v in np.r_[octagon, u, dart])
+    lines = "".join("v {!r} {!r} {!r}\n".format(*map(float, v)) for v in np.r_[octagon, u, dart])
     lines += "f 1 2 3 4 5 6 7 8\nf 9 10 11 12 13 14 15 16\nf 17 18 19 20\n"
     geometry = read(tmp_path, lines, "polygons.obj")
     areas = trimesh.triangles.area(geometry.points[geometry.faces])

@@ -36,7 +36,7 @@ def table(kinds, order="xyz"):
     return rows.tobytes()
 
 
-TEXT = "".join("%.17g %.17g %.17g\n" % tuple(p) for p in P).encode()
+TEXT = "".join("{:.17g} {:.17g} {:.17g}\n".format(*p) for p in P).encode()
 F4 = P.astype("<f4").tobytes()
 ROWS = {
     "ascii": head(data="ascii") + TEXT,
