@@ -17,6 +17,10 @@ _DIRECTIONS = 128
 # Weights of "outward is up" and "outward is away from the centroid"; extremal points have 1.
 _UP_WEIGHT = 3.0
 _AWAY_WEIGHT = 0.25
+# Points at which plates are looked for, and the fraction with a second layer that makes a plate.
+_LAYER_SAMPLE, _LAYERED = 300, 0.25
+# Heights above this fraction of the radius belong to another layer.
+_LAYER_HEIGHT = 0.15
 # Number of edges in a parallel chunk, whose arrays fit the cache.
 _EDGES = 8192
 
@@ -57,6 +61,69 @@ def hidden_points(
     off_plane = np.abs(np.sum(normals * (points - points[nearest]), axis=1))
     hidden: NDArray[np.bool_] = off_plane > 0.5 * radius
     return hidden
+
+
+def facing_out_of_plates(points: Array, normals: Array, radius: float) -> Array:
+    """Return the normals of a thin plate's two faces with signs that point out of the plate.
+
+    Neighbourhoods hold both faces of a plate that is thinner than the radius, and signs propagate
+    from one to the other unchanged. The faces show as two layers: where at least a quarter of the
+    points have another layer on one side, each of those points faces the other way.
+
+    Parameters
+    ----------
+    points, normals : (N, 3) arrays
+        Points [m] and unit normals.
+    radius : float
+        Radius of the feature neighbourhoods [m].
+    """
+    tree = cKDTree(points)
+    sample = np.unique(np.linspace(0, len(points) - 1, _LAYER_SAMPLE).astype(int))
+    if np.mean(_other_layer(tree, normals, sample, radius) != 0.0) < _LAYERED:
+        return normals
+    side = _other_layer(tree, normals, np.arange(len(points)), radius)
+    outward = np.where(side[:, None] > 0.0, -normals, normals)
+    # At the plate's border, a point takes the sign of its own face: the nearest one in height.
+    layered, border = np.flatnonzero(side), np.flatnonzero(side == 0.0)
+    distance, nearest = cKDTree(points[layered]).query(points[border], k=_NEIGHBOURS)
+    nearest = layered[np.minimum(nearest, len(layered) - 1)]
+    height = np.abs(
+        np.einsum("mkj,mj->mk", points[nearest] - points[border, None], normals[border])
+    )
+    height[distance > radius] = np.inf
+    best = np.argmin(height, axis=1)
+    rows = np.arange(len(border))
+    chosen = nearest[rows, best]
+    agreement = np.sum(outward[chosen] * normals[border], axis=1)
+    turn = (height[rows, best] < _LAYER_HEIGHT * radius) & (agreement < -0.5)
+    outward[border[turn]] *= -1.0
+    return outward
+
+
+def _other_layer(tree: cKDTree, normals: Array, at: NDArray[np.int64], radius: float) -> Array:
+    """Return on which side of the points `at` (M,) is another layer: +1 along the normal, -1, or 0."""
+    points = tree.data
+    neighbours = tree.query_ball_point(points[at], radius, workers=cores())
+    row = np.repeat(np.arange(len(at)), [len(found) for found in neighbours])
+    column = np.concatenate(neighbours).astype(np.int64)
+    offset = points[column] - points[at[row]]
+    height = np.sum(offset * normals[at[row]], axis=1)
+    near = np.sum(offset**2, axis=1) - height**2 < (0.5 * radius) ** 2
+    row, height = row[near], height[near] / radius
+
+    def count(mask: NDArray[np.bool_]) -> Array:
+        return np.bincount(row[mask], minlength=len(at)).astype(np.float64)
+
+    above, below = count(height > _LAYER_HEIGHT), count(height < -_LAYER_HEIGHT)
+    total = count(np.ones(len(row), dtype=bool))
+    side = np.zeros(len(at))
+    side[(above > 0.3 * total) & (below < 0.05 * total)] = 1.0
+    side[(below > 0.3 * total) & (above < 0.05 * total)] = -1.0
+    # On an edge or a curved surface, heights are spread; two layers leave a gap.
+    reach = np.bincount(row, np.abs(height), minlength=len(at)) / np.maximum(above + below, 1.0)
+    between = count((np.abs(height) > 0.25 * reach[row]) & (np.abs(height) < 0.75 * reach[row]))
+    side[between > 0.1 * total] = 0.0
+    return side
 
 
 def consistently(

@@ -310,10 +310,12 @@ def _outward(
 ) -> tuple[Array, tuple[Assumption, ...]]:
     """Return the normals with outward signs, and what was assumed about a given viewpoint."""
     if cloud.viewpoint is None:
-        return orientation.consistently(points, normals, cloud.up, rho), ()
+        normals = orientation.consistently(points, normals, cloud.up, rho)
+        return orientation.facing_out_of_plates(points, normals, rho), ()
     hidden = orientation.hidden_points(points, normals, cloud.viewpoint, rho)
     if hidden.mean() <= _HIDDEN:
-        return orientation.towards_viewpoint(points, normals, cloud.viewpoint), ()
+        normals = orientation.towards_viewpoint(points, normals, cloud.viewpoint)
+        return orientation.facing_out_of_plates(points, normals, rho), ()
     text = (
         f"{100 * hidden.mean():.0f} % of the scan are hidden from the viewpoint; "
         "their outside is found from the rest of the scan"
@@ -321,4 +323,5 @@ def _outward(
     outward = orientation.consistently(
         points, normals, cloud.up, rho, visible=~hidden, viewpoint=cloud.viewpoint
     )
+    outward = orientation.facing_out_of_plates(points, outward, rho)
     return outward, (Assumption(AssumptionKind.OUTSIDE, text),)

@@ -148,7 +148,7 @@ class DepthCamera:
         if "distortion_model" in values:
             given["distortion_model"] = str(values["distortion_model"])
         if values.get("distortion"):
-            count = len(np.atleast_1d(values["distortion"]))
+            count = len(values["distortion"]) if isinstance(values["distortion"], list) else 0
             given["distortion"] = tuple(
                 numbers(values["distortion"], (count,), f"{where}: distortion").tolist()
             )
