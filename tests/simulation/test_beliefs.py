@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 from pydrake.multibody.plant import MultibodyPlant
 
+from drake_aerial.choices import BELIEFS
 from drake_aerial.errors import InputError
 from drake_aerial.plant.cable import CableParameters, add_cable
 from drake_aerial.plant.gripper import GripperParameters, add_gripper
 from drake_aerial.plant.payload import Payload
 from drake_aerial.plant.payload_body import add_payload
 from drake_aerial.plant.quadrotor import QuadrotorParameters, add_quadrotor
-from drake_aerial.simulation.beliefs import BELIEFS, believed_model
+from drake_aerial.simulation.beliefs import believed_model
 
 SIZE = np.array([0.6, 0.4, 0.2])
 CONTACTS = np.array([[0.1, 0.05, 0.1], [-0.2, 0.1, 0.1]])

@@ -11,8 +11,9 @@ from drake_aerial.plant.dryden import Dryden
 from drake_aerial.plant.wind import WindParameters
 from drake_aerial.references.trajectory import HoverTrajectory
 from drake_aerial.simulation.flight import Flight
+from drake_aerial.simulation.flight_options import FlightOptions
 from drake_aerial.simulation.station_parameters import StationParameters
-from drake_aerial.simulation.suspended_payload import Suspension
+from drake_aerial.simulation.suspended_payload import SuspendedPayload
 
 G, LINK = 9.81, 2e-4
 M, m = 0.252, 0.25
@@ -23,11 +24,13 @@ def hover(suspension, seconds=12.0, controller="geometric", parameters=None, **o
     trajectory = HoverTrajectory(hover_time=seconds)
     return Flight(
         suspension,
-        belief="true",
-        controller=controller,
-        trajectory=trajectory,
-        parameters=parameters,
-        **options,
+        FlightOptions(
+            belief="true",
+            controller=controller,
+            trajectory=trajectory,
+            parameters=parameters,
+            **options,
+        ),
     ).run()
 
 
@@ -83,7 +86,7 @@ def test_a_wind_that_is_observed_leaves_no_offset(box, contacts):
     # Statics of the whole: the thrusts carry the weight of everything and what the wind does to it, wherever cables go.
     speed, area = 1.0, 0.02
     wind = WindParameters(mean=(speed, 0.0, 0.0), quadrotor_drag_area=area)
-    suspension = Suspension.hang(
+    suspension = SuspendedPayload.from_contacts(
         box, np.array(contacts), np.tile([0.0, 0.0, 1.0], (len(contacts), 1))
     )
     options = {"observer": DisturbanceObserver()}
@@ -125,7 +128,10 @@ def test_a_flight_with_slow_motors_in_a_gust_completes_and_repeats(hang, quick, 
     wind = WindParameters(mean=(0.5, 0.0, 0.0), gust=(0.0, 1.0, 0.0), turbulence=turbulence)
     parameters = StationParameters(wind=wind, motor_lag=0.02)
     flight = Flight(
-        hang(), belief="true", controller=controller, trajectory=quick, parameters=parameters
+        hang(),
+        FlightOptions(
+            belief="true", controller=controller, trajectory=quick, parameters=parameters
+        ),
     )
     first, other, again = (flight.run(seed) for seed in (1, 2, 1))
     assert first.metrics["outcome"] == other.metrics["outcome"] == "completed"
@@ -148,7 +154,10 @@ def test_slow_motors_start_at_the_speed_that_carries(hang):
 def test_motors_that_lag_by_much_are_led(hang, quick):
     led = (
         Flight(
-            hang(), belief="true", trajectory=quick, parameters=StationParameters(motor_lag=0.05)
+            hang(),
+            FlightOptions(
+                belief="true", trajectory=quick, parameters=StationParameters(motor_lag=0.05)
+            ),
         )
         .run(1)
         .metrics
@@ -162,7 +171,7 @@ def test_motors_that_lag_by_much_are_led(hang, quick):
 def test_without_the_lead_they_lose_the_payload(hang, quick):
     parameters = StationParameters(motor_lag=0.05, motor_lead=False)
     assert (
-        Flight(hang(), belief="true", trajectory=quick, parameters=parameters)
+        Flight(hang(), FlightOptions(belief="true", trajectory=quick, parameters=parameters))
         .run(1)
         .metrics["outcome"]
         == "crashed"

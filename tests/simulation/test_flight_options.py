@@ -24,7 +24,10 @@ def test_options_and_keywords_are_the_same_flight(hang):
     trajectory = HoverTrajectory(hover_time=1.0)
     options = FlightOptions(belief="true", controller="geometric", trajectory=trajectory, noise=0.0)
     keywords = {"belief": "true", "controller": "geometric", "trajectory": trajectory, "noise": 0.0}
-    assert Flight(hang(), options).configuration == Flight(hang(), **keywords).configuration
+    assert (
+        Flight(hang(), options).configuration
+        == Flight(hang(), FlightOptions(**keywords)).configuration
+    )
     changed = Flight(hang(), options, controller="geometric_ff")
     assert changed.configuration["controller"] == "geometric_ff"
     assert changed.options.belief == "true"
@@ -36,4 +39,4 @@ def test_unknown_options_are_refused(hang):
     with pytest.raises(InputError, match="mpc, geometric_ff, geometric"):
         FlightOptions(controller="pid")
     with pytest.raises(TypeError, match="wings"):
-        Flight(hang(), wings=2)
+        Flight(hang(), FlightOptions(wings=2))

@@ -13,9 +13,10 @@ from drake_aerial.plant.cable import CableParameters
 from drake_aerial.plant.gripper import GripperParameters
 from drake_aerial.references.trajectory import HoverTrajectory, LineTrajectory
 from drake_aerial.simulation.flight import Flight
+from drake_aerial.simulation.flight_options import FlightOptions
 from drake_aerial.simulation.station import make_transport_station
 from drake_aerial.simulation.station_parameters import StationParameters
-from drake_aerial.simulation.suspended_payload import Suspension
+from drake_aerial.simulation.suspended_payload import SuspendedPayload
 from drake_aerial.simulation.trial_result import TrialResult
 
 TRIANGLE = np.array([[-0.154, -0.267, 0.14], [0.308, 0.0, 0.14], [-0.154, 0.267, 0.14]])
@@ -37,14 +38,14 @@ def team(kind, *holds, **more):
 
 
 def rise(box, kind, controller, holds=(20.0, 1.1, 20.0), **options):
-    suspension = Suspension.hang(box, TRIANGLE, UP)
+    suspension = SuspendedPayload.from_contacts(box, TRIANGLE, UP)
     options = {
         "trajectory": RISE,
         "parameters": team(kind, *holds, airborne_height=1.5),
         "belief": "true",
         **options,
     }
-    return Flight(suspension, controller=controller, **options).run(1)
+    return Flight(suspension, FlightOptions(controller=controller, **options)).run(1)
 
 
 @pytest.mark.parametrize("kind", ["inextensible", "elastic"])
@@ -110,10 +111,10 @@ def test_a_flight_whose_last_gripper_lets_go_is_over(box):
 @pytest.mark.parametrize("controller", ["mpc", "geometric"])
 def test_a_drop_before_the_payload_is_up_leaves_it_on_the_ground(box, quick, controller):
     # The ramp to 0.83 N passes 0.5 N while the payload stands; nobody pulls any more.
-    suspension = Suspension.hang(box, TRIANGLE, UP)
+    suspension = SuspendedPayload.from_contacts(box, TRIANGLE, UP)
     parameters = team("elastic", 20.0, 0.5, 20.0)
     result = Flight(
-        suspension, controller=controller, trajectory=quick, parameters=parameters
+        suspension, FlightOptions(controller=controller, trajectory=quick, parameters=parameters)
     ).run()
     s = result.series
     assert result.outcome == "dropped"
@@ -134,10 +135,11 @@ def test_a_law_of_ones_own_without_a_smaller_team_goes_on(box):
 
 
 def test_after_a_drop_the_same_seed_gives_the_same_flight(box):
-    suspension = Suspension.hang(box, TRIANGLE, UP)
+    suspension = SuspendedPayload.from_contacts(box, TRIANGLE, UP)
     parameters = team("inextensible", 20.0, 1.1, 20.0)
     flight = Flight(
-        suspension, belief="true", trajectory=RISE, parameters=parameters, after_drop=1.0
+        suspension,
+        FlightOptions(belief="true", trajectory=RISE, parameters=parameters, after_drop=1.0),
     )
     first, again = flight.run(3), flight.run(3)
     for name, value in first.series.items():
@@ -154,7 +156,8 @@ def test_momentum_has_no_jump_when_a_gripper_lets_go(box, kind):
     context = station.CreateDefaultContext()
     # A reference in the air makes the station start there; the thrusts are this test's own.
     flying = Flight(
-        Suspension.hang(box, TRIANGLE, UP), parameters=parameters, trajectory=HoverTrajectory()
+        SuspendedPayload.from_contacts(box, TRIANGLE, UP),
+        FlightOptions(parameters=parameters, trajectory=HoverTrajectory()),
     )
     airborne = flying.station.CreateDefaultContext()
     flying.station.place(airborne, reference=flying.trajectory)
@@ -218,7 +221,10 @@ def _quaternion(q):
 def test_a_single_gripper_still_ends_the_flight(hang):
     parameters = replace(team("inextensible", 2.6), airborne_height=1.5)
     result = Flight(
-        hang(), controller="geometric", trajectory=RISE, parameters=parameters, belief="true"
+        hang(),
+        FlightOptions(
+            controller="geometric", trajectory=RISE, parameters=parameters, belief="true"
+        ),
     ).run()
     assert (result.outcome, result.metrics["outcome_reason"]) == (
         "dropped",

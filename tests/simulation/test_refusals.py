@@ -14,9 +14,10 @@ from drake_aerial.plant.payload import Payload
 from drake_aerial.plant.quadrotor import QuadrotorParameters
 from drake_aerial.references.trajectory import HoverTrajectory
 from drake_aerial.simulation.flight import Flight
+from drake_aerial.simulation.flight_options import FlightOptions
 from drake_aerial.simulation.lift_check import default_lift
 from drake_aerial.simulation.station_parameters import StationParameters
-from drake_aerial.simulation.suspended_payload import Suspension
+from drake_aerial.simulation.suspended_payload import SuspendedPayload
 from drake_aerial.simulation.trial import fly, prepare_flight
 from drake_aerial.statics.gravity import GRAVITY
 
@@ -42,10 +43,10 @@ def solutions(*formations, reasons=()):
 
 
 def prepare(p, **options):
-    suspension = Suspension.hang(
+    suspension = SuspendedPayload.from_contacts(
         Payload.read("box_68x61x28"), p, np.tile([0.0, 0.0, 1.0], (len(p), 1))
     )
-    return Flight(suspension, controller="geometric", trajectory=HOVER, **options)
+    return Flight(suspension, FlightOptions(controller="geometric", trajectory=HOVER, **options))
 
 
 def test_a_solution_marked_infeasible_is_refused_with_its_reasons():
@@ -97,18 +98,21 @@ def test_one_quadrotors_share_is_a_matter_of_the_contacts_and_the_weight_of_the_
     heaviest = (spare / (0.75 * GRAVITY)) - 0.004  # less two grippers', nearly
     for mass, refused in ((0.99 * heaviest, False), (1.01 * heaviest, True)):
         box = Payload.from_box([0.68, 0.61, 0.28], mass)
-        suspension = Suspension.hang(box, p, [[0.0, 0.0, 1.0]] * 2)
+        suspension = SuspendedPayload.from_contacts(box, p, [[0.0, 0.0, 1.0]] * 2)
         if refused:
             with pytest.raises(
                 JobError, match=r"gripper 1: more tension than the propellers lift \(4\.[67] N"
             ):
-                Flight(suspension, trajectory=HOVER)
-            Flight(suspension, trajectory=HOVER, force=True)
+                Flight(suspension, FlightOptions(trajectory=HOVER))
+            Flight(suspension, FlightOptions(trajectory=HOVER, force=True))
         else:
-            Flight(suspension, trajectory=HOVER)
+            Flight(suspension, FlightOptions(trajectory=HOVER))
     heavy = Payload.from_box([0.68, 0.61, 0.28], 1.2)
     with pytest.raises(InputError, match=r"14\.1\d N at most"):
-        Flight(Suspension.hang(heavy, p, [[0.0, 0.0, 1.0]] * 2), trajectory=HOVER)
+        Flight(
+            SuspendedPayload.from_contacts(heavy, p, [[0.0, 0.0, 1.0]] * 2),
+            FlightOptions(trajectory=HOVER),
+        )
 
 
 def test_too_heavy_a_payload_flies_by_force_and_never_leaves_the_ground(quick):

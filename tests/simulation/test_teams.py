@@ -12,9 +12,10 @@ from drake_aerial.plant.payload import Payload
 from drake_aerial.plant.quadrotor import QuadrotorParameters
 from drake_aerial.references.trajectory import HoverTrajectory
 from drake_aerial.simulation.flight import Flight
+from drake_aerial.simulation.flight_options import FlightOptions
 from drake_aerial.simulation.station import make_transport_station
 from drake_aerial.simulation.station_parameters import StationParameters
-from drake_aerial.simulation.suspended_payload import Suspension
+from drake_aerial.simulation.suspended_payload import SuspendedPayload
 from drake_aerial.simulation.trial_result import TrialResult
 
 G = 9.81
@@ -30,13 +31,14 @@ GRIPPERS = tuple(GripperParameters(mass=mass) for mass in (0.002, 0.02, 0.005))
 
 def hang(contacts, payload="box_68x61x28"):
     up = np.tile([0.0, 0.0, 1.0], (len(contacts), 1))
-    return Suspension.hang(Payload.read(payload), contacts, up)
+    return SuspendedPayload.from_contacts(Payload.read(payload), contacts, up)
 
 
 def hover(contacts, parameters, seconds=4.0, **options):
     trajectory = HoverTrajectory(hover_time=seconds)
     return Flight(
-        hang(contacts), belief="true", trajectory=trajectory, parameters=parameters, **options
+        hang(contacts),
+        FlightOptions(belief="true", trajectory=trajectory, parameters=parameters, **options),
     ).run()
 
 
@@ -88,7 +90,9 @@ def test_two_quadrotors_on_unequal_cables_hover(controller):
 
 def test_an_unequal_team_takes_off_from_the_ground(quick):
     parameters = StationParameters(quadrotor=TEAM, cable=CABLES, gripper=GRIPPERS)
-    result = Flight(hang(TRIANGLE), belief="true", trajectory=quick, parameters=parameters).run()
+    result = Flight(
+        hang(TRIANGLE), FlightOptions(belief="true", trajectory=quick, parameters=parameters)
+    ).run()
     assert result.metrics["outcome"] == "completed"
     assert result.metrics["position_rmse_m"] < 0.02
     assert result.metrics["configuration"]["station"]["quadrotor"][1]["mass"] == 0.4

@@ -14,8 +14,9 @@ from drake_aerial.plant.gripper import GripperParameters
 from drake_aerial.plant.payload import Payload
 from drake_aerial.references.trajectory import HoverTrajectory, TransportTrajectory
 from drake_aerial.simulation.flight import Flight
+from drake_aerial.simulation.flight_options import FlightOptions
 from drake_aerial.simulation.station import StationParameters
-from drake_aerial.simulation.suspended_payload import Suspension
+from drake_aerial.simulation.suspended_payload import SuspendedPayload
 from drake_aerial.simulation.trial import fly, prepare_flight
 from drake_aerial.simulation.trial_result import TrialResult
 
@@ -47,9 +48,9 @@ def test_shorter_steps_make_a_stiffer_cable(hang, quick):
         s = (
             Flight(
                 hang(),
-                belief="true",
-                trajectory=quick,
-                parameters=StationParameters(time_step=step),
+                FlightOptions(
+                    belief="true", trajectory=quick, parameters=StationParameters(time_step=step)
+                ),
             )
             .run()
             .series
@@ -66,7 +67,10 @@ def test_shorter_steps_make_a_stiffer_cable(hang, quick):
 def test_a_flight_completes(hang, quick, controller, cable):
     parameters = StationParameters(cable=CableParameters(cable))
     result = Flight(
-        hang(), belief="true", controller=controller, trajectory=quick, parameters=parameters
+        hang(),
+        FlightOptions(
+            belief="true", controller=controller, trajectory=quick, parameters=parameters
+        ),
     ).run()
     m, s = result.metrics, result.series
     assert (m["outcome"], m["outcome_reason"], m["outcome_time_s"]) == ("completed", "", None)
@@ -90,9 +94,13 @@ def test_a_flight_completes(hang, quick, controller, cable):
 @pytest.mark.parametrize("controller", ["mpc", "geometric_ff"])
 def test_same_seed_same_bytes_and_another_seed_another_flight(hang, quick, tmp_path, controller):
     short = replace(quick, hover_time=0.0, circle_time=1.0, turns=0.05)
-    flight = Flight(hang(0.05), controller=controller, belief="true", trajectory=short)
+    flight = Flight(
+        hang(0.05), FlightOptions(controller=controller, belief="true", trajectory=short)
+    )
     first, other, again = (flight.run(seed) for seed in (7, 8, 7))
-    fresh = Flight(hang(0.05), controller=controller, belief="true", trajectory=short).run(7)
+    fresh = Flight(
+        hang(0.05), FlightOptions(controller=controller, belief="true", trajectory=short)
+    ).run(7)
     for name, value in first.series.items():
         assert (value == again.series[name]).all(), name
         assert (value == fresh.series[name]).all(), name
@@ -110,7 +118,9 @@ def test_a_weak_magnet_drops_the_payload(hang, quick, cable):
     parameters = StationParameters(
         cable=CableParameters(cable), gripper=GripperParameters(holding_force=2.0)
     )
-    result = Flight(hang(), controller="geometric", trajectory=quick, parameters=parameters).run()
+    result = Flight(
+        hang(), FlightOptions(controller="geometric", trajectory=quick, parameters=parameters)
+    ).run()
     assert result.outcome == "dropped"
     assert 0.5 < result.metrics["outcome_time_s"] < 1.5
     assert result.series["time"][-1] == pytest.approx(
@@ -123,7 +133,7 @@ def test_a_weak_magnet_drops_the_payload(hang, quick, cable):
 def test_a_crash_is_recorded(hang, quick):
     # The reference sinks through the ground.
     down = replace(quick, lift_height=0.5, approach=(0.2, 0.0, -0.7))
-    result = Flight(hang(), controller="geometric", trajectory=down).run()
+    result = Flight(hang(), FlightOptions(controller="geometric", trajectory=down)).run()
     assert result.outcome == "crashed"
     assert result.metrics["outcome_reason"] == "the payload touched the ground"
     assert result.series["time"][-1] < 6.0
@@ -131,14 +141,14 @@ def test_a_crash_is_recorded(hang, quick):
 
 def test_a_flight_that_runs_away_diverged(hang, quick):
     far = replace(quick, approach=(40.0, 0.0, 0.0))
-    result = Flight(hang(), controller="geometric", trajectory=far).run()
+    result = Flight(hang(), FlightOptions(controller="geometric", trajectory=far)).run()
     assert result.outcome == "diverged"
     assert "m from the reference" in result.metrics["outcome_reason"]
     json.dumps(result.metrics, allow_nan=False)
 
 
 def test_a_controller_that_fails_does_not_kill_the_process(hang, quick):
-    flight = Flight(hang(), controller="geometric", trajectory=quick)
+    flight = Flight(hang(), FlightOptions(controller="geometric", trajectory=quick))
 
     def fail(*_):
         raise np.linalg.LinAlgError("singular matrix")
@@ -150,7 +160,7 @@ def test_a_controller_that_fails_does_not_kill_the_process(hang, quick):
 
 
 def test_a_bad_contact_hangs_below_it(hang, quick):
-    m = Flight(hang(0.2), belief="true", trajectory=quick).run().metrics
+    m = Flight(hang(0.2), FlightOptions(belief="true", trajectory=quick)).run().metrics
     # At rest the centre of mass is straight below the contact, 0.14 m below and 0.2 m beside it in the box.
     assert m["outcome"] == "completed"
     assert m["tilt_mean_rad"] == pytest.approx(np.arctan2(0.2, 0.14), abs=0.1)
@@ -161,7 +171,9 @@ def test_a_bad_contact_hangs_below_it(hang, quick):
 def test_a_reference_in_the_air_starts_in_the_air(hang, cable):
     parameters = StationParameters(cable=CableParameters(cable))
     hover = HoverTrajectory(hover_time=2.0)
-    result = Flight(hang(0.1), belief="true", trajectory=hover, parameters=parameters).run()
+    result = Flight(
+        hang(0.1), FlightOptions(belief="true", trajectory=hover, parameters=parameters)
+    ).run()
     s = result.series
     assert result.outcome == "completed"
     assert list(result.metrics["phases"]) == ["hover"]
@@ -172,8 +184,8 @@ def test_a_reference_in_the_air_starts_in_the_air(hang, cable):
 
 def test_three_quadrotors_share_the_load(box, quick):
     triangle = np.array([[-0.154, -0.267, 0.14], [0.308, 0.0, 0.14], [-0.154, 0.267, 0.14]])
-    suspension = Suspension.hang(box, triangle, [[0, 0, 1]] * 3)
-    m = Flight(suspension, belief="true", trajectory=quick).run().metrics
+    suspension = SuspendedPayload.from_contacts(box, triangle, [[0, 0, 1]] * 3)
+    m = Flight(suspension, FlightOptions(belief="true", trajectory=quick)).run().metrics
     assert m["outcome"] == "completed"
     assert m["position_rmse_m"] < 0.008
     assert m["attitude_rmse_rad"] < 0.02
@@ -227,7 +239,7 @@ def test_the_scan_alone_is_enough(quick, tmp_path):
     path = tmp_path / "contacts.json"
     contacts([0.0, 0.0, 0.14], cloud=facts).write(path)
     flight = prepare_flight(path, mass=0.2, trajectory=quick)
-    assert flight.suspension.payload.mass == 0.2
+    assert flight.suspended_payload.payload.mass == 0.2
     assert flight.model.p_LLcm[2] == pytest.approx(-cloud.centroid[2], abs=1e-3)
     np.save(tmp_path / "scan.npy", points + 0.1)
     with pytest.raises(InputError, match="not the one"):
@@ -273,6 +285,6 @@ def test_other_files_are_refused(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize(("x", "limit"), [(0.0, 0.008), (0.1, 0.009), (0.2, 0.009)])
 def test_the_whole_transport_stays_within_a_centimetre(hang, x, limit):
-    flight = Flight(hang(x), belief="true", trajectory=TransportTrajectory())
+    flight = Flight(hang(x), FlightOptions(belief="true", trajectory=TransportTrajectory()))
     errors = [flight.run(seed).metrics["position_rmse_m"] for seed in range(3)]
     assert np.mean(errors) < limit

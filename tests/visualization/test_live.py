@@ -16,16 +16,19 @@ from drake_aerial import Payload, read_scan, read_skill, transfer
 from drake_aerial.errors import InputError
 from drake_aerial.references.trajectory import HoverTrajectory
 from drake_aerial.simulation.flight import Flight
-from drake_aerial.simulation.suspended_payload import Suspension
+from drake_aerial.simulation.flight_options import FlightOptions
+from drake_aerial.simulation.suspended_payload import SuspendedPayload
 from drake_aerial.visualization.live import live_flight, live_view
 
 
 @pytest.fixture(scope="module")
 def flight():
-    held = Suspension.hang(
+    held = SuspendedPayload.from_contacts(
         Payload.from_box([0.4, 0.4, 0.2], 0.25), [[0.0, 0.0, 0.1]], [[0.0, 0.0, 1.0]]
     )
-    return Flight(held, trajectory=HoverTrajectory(hover_time=1.0), controller="geometric")
+    return Flight(
+        held, FlightOptions(trajectory=HoverTrajectory(hover_time=1.0), controller="geometric")
+    )
 
 
 @pytest.fixture(scope="module")
