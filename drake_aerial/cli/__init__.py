@@ -24,8 +24,10 @@ COMMANDS = (demo, learn, transfer, demonstrate, fly, study, report, view, defaul
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
-    arguments = _parser().parse_args(argv)
+    name = "drake-aerial"
     try:
+        arguments = _parser().parse_args(argv)
+        name = f"drake-aerial {arguments.command}"
         return arguments.run(arguments)
     except InputError as error:
         code, message = 2, one_line(error)
@@ -41,7 +43,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         # A fault of the machine: full disk, no permission, too many open files.
         where = f" {error.filename}" if error.filename else ""
         code, message = 2, one_line(f"{error.strerror or error}{where}")
-    print(f"drake-aerial {arguments.command}: {message}", file=sys.stderr)
+    print(f"{name}: {message}", file=sys.stderr)
     return code
 
 

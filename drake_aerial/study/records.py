@@ -118,7 +118,9 @@ class StudyFolder:
         ours = json.loads(json.dumps(plan.to_dict()))
         if not path.exists():
             if (self.path / RECORDS).exists():
-                raise InputError(f"{self.path} has records and no {PLAN}; give another folder (--out)")
+                raise InputError(
+                    f"{self.path} has records and no {PLAN}; give another folder (--out)"
+                )
             write_text(path, yaml.safe_dump(ours, sort_keys=False, width=120))
             return
         try:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import logging
 import os
+import signal
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -231,7 +232,10 @@ def hired(workers: int = 0, scheduler: str | None = None) -> Iterator[Workers]:
                 silence_logs=logging.ERROR,
             )
             stack.enter_context(cluster)
-            yield DaskWorkers(stack.enter_context(Client(cluster, set_as_default=False)))
+            client = stack.enter_context(Client(cluster, set_as_default=False))
+            # A terminal sends Ctrl-C to the workers too; the client ends them.
+            client.register_worker_callbacks(lambda: signal.signal(signal.SIGINT, signal.SIG_IGN))
+            yield DaskWorkers(client)
 
 
 def default_workers() -> int:

@@ -1,4 +1,4 @@
-"""Contacts and payload, brought into L."""
+"""Payload, contacts and scan in the tracked frame L."""
 
 import numpy as np
 import pytest
@@ -47,7 +47,7 @@ def test_contacts_near_the_surface_are_put_on_it_and_far_ones_refused():
     assert s.moved == pytest.approx([0.015])
     with pytest.raises(
         InputError,
-        match=r"contact 2 of 2 is 3\.0 cm off the surface of payload 'box'; at most 2 cm",
+        match=r"contact 2 of 2 must be at most 2 cm from the surface of payload 'box', got 3\.0 cm",
     ):
         SuspendedPayload.from_contacts(box, [[0, 0, 0.1], [0.0, 0.0, 0.13]], [[0, 0, 1]] * 2)
 
@@ -58,11 +58,11 @@ def test_nothing_but_a_scan():
     s = SuspendedPayload.from_contacts(None, [[0.1, 0.1, 0.1]], [[0, 0, 1]], scan=scan, mass=0.2)
     assert s.payload.mass == 0.2
     assert s.payload.com == pytest.approx(-scan.mean(axis=0), abs=3e-3)
-    with pytest.raises(InputError, match="off the surface"):
+    with pytest.raises(InputError, match="cm from the surface"):
         SuspendedPayload.from_contacts(None, [[0.1, 0.1, 0.2]], [[0, 0, 1]], scan=scan)
     with pytest.raises(InputError, match="neither"):
         SuspendedPayload.from_contacts(None, [[0.1, 0.1, 0.1]], [[0, 0, 1]])
-    with pytest.raises(InputError, match="mass"):
+    with pytest.raises(InputError, match="`mass` must be left out"):
         SuspendedPayload.from_contacts(
             Payload.from_box(SIZE), [[0.1, 0.1, 0.1]], [[0, 0, 1]], mass=0.2
         )

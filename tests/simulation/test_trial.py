@@ -5,7 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import trimesh
 
+from drake_aerial import read_skill, transfer
+from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.contacts.solutions import ContactSolutions, Solution
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Pose
@@ -232,8 +235,6 @@ def test_the_scan_alone_is_enough(quick, tmp_path):
     points[np.arange(3000), rng.integers(0, 3, 3000)] = rng.choice([-0.5, 0.5], 3000)
     points *= [0.68, 0.61, 0.28]
     np.save(tmp_path / "scan.npy", points)
-    from drake_aerial.cloud.point_cloud import PointCloud
-
     cloud = PointCloud.read(tmp_path / "scan.npy")
     facts = {"path": "scan.npy", "sha256": cloud.sha256, "centroid": cloud.centroid.tolist()}
     path = tmp_path / "contacts.json"
@@ -245,8 +246,50 @@ def test_the_scan_alone_is_enough(quick, tmp_path):
     with pytest.raises(InputError, match="not the one"):
         prepare_flight(path, trajectory=quick)
     (tmp_path / "scan.npy").unlink()
-    with pytest.raises(InputError, match=r"scan\.npy"):
+    with pytest.raises(InputError, match=r"scan\.npy.*`cloud`, --cloud"):
         prepare_flight(path, trajectory=quick)
+    assert prepare_flight(path, cloud=cloud, trajectory=quick).suspended_payload.scan_L.shape == (
+        3000,
+        3,
+    )
+
+
+def test_the_scan_of_a_transfer_is_flown_from_memory():
+    """An array in, transfer, fly: the scan has no file."""
+    box = trimesh.creation.box((0.5, 0.4, 0.2))
+    points = trimesh.sample.sample_surface(box, 6000, seed=1)[0]
+    solutions = transfer(read_skill("flat"), PointCloud.read(points), method="centroid")
+    hover = HoverTrajectory(hover_time=0.2)
+    flight = prepare_flight(solutions, mass=0.2, trajectory=hover)
+    assert flight.suspended_payload.payload.mass == 0.2
+    assert flight.suspended_payload.scan_L == pytest.approx(points - points.mean(axis=0))
+    assert fly(solutions, mass=0.2, trajectory=hover).outcome == "completed"
+    # A payload of its own flies as from contacts.json, which holds no points.
+    assert (
+        prepare_flight(solutions, payload="box_68x61x28", trajectory=hover).suspended_payload.scan_L
+        is None
+    )
+    with pytest.raises(InputError, match="name no scan file"):
+        prepare_flight(replace(solutions, scan=None), mass=0.2, trajectory=hover)
+
+
+def test_the_scan_beside_contacts_json_is_found_by_its_file_name(tmp_path):
+    points = np.random.default_rng(0).uniform(-0.2, 0.2, (2000, 3)) * [1.0, 1.0, 0.5]
+    np.save(tmp_path / "scan.npy", points)
+    cloud = PointCloud.read(tmp_path / "scan.npy")
+    facts = {**cloud.to_record(), "path": "/another/machine/scan.npy"}
+    path = tmp_path / "contacts.json"
+    contacts([0.0, 0.0, 0.1], cloud=facts).write(path)
+    flight = prepare_flight(path, mass=0.2, trajectory="hover")
+    assert len(flight.suspended_payload.scan_L) == 2000
+
+
+@pytest.mark.parametrize("name", ["transport", "circle"])
+def test_the_transport_trajectory_is_recorded_by_one_name(name):
+    flight = prepare_flight(
+        contacts([0.0, 0.0, 0.14]), payload="box_68x61x28", trajectory=name, force=True
+    )
+    assert flight.configuration["trajectory"]["kind"] == "transport"
 
 
 @pytest.mark.parametrize(
@@ -256,7 +299,7 @@ def test_the_scan_alone_is_enough(quick, tmp_path):
         ({"controller": "pid"}, "mpc, geometric_ff, geometric"),
         ({"trajectory": "spiral"}, "spiral"),
         ({"cable": "rope"}, "inextensible or elastic"),
-        ({"solution": 3}, "ranks 1"),
+        ({"solution": 3}, "`solution` must be one of the ranks 1, got 3"),
         ({"payload": "anvil"}, "box_68x61x28"),
         ({"payload": Payload.from_box([0.68, 0.61, 0.28], 0.5)}, "7.07 N"),
         ({"mass": 0.2}, "scan alone"),

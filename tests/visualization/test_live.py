@@ -109,7 +109,7 @@ def test_ctrl_c_ends_a_view_well_as_soon_as_its_address_is_told(contacts, monkey
     def tell_and_be_interrupted(url):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(view, "tell_address", tell_and_be_interrupted)
+    monkeypatch.setattr(view, "say", tell_and_be_interrupted)
     assert main(["view", str(contacts), "--live", "--no-browser"]) == 0
     assert capsys.readouterr().err == ""
 
