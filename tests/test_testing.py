@@ -27,7 +27,7 @@ PYPROJECT = Path(__file__).parent.parent / "pyproject.toml"
 
 
 class Hold(LeafSystem):
-    """A user's own: hold the quadrotor a cable's length above the reference, with the weight fed forward."""
+    """A user's law: hold the quadrotor a cable's length above the reference, weight fed forward."""
 
     def __init__(self, model, share=1.0):
         super().__init__()
@@ -61,7 +61,7 @@ def test_the_plugin_is_active_only_where_it_is_asked_for(tmp_path):
     assert run().returncode == 0
 
 
-def test_a_controller_of_ones_own_in_five_lines(aerial_flight):
+def test_a_custom_controller_is_tested_in_five_lines(aerial_flight):
     trial = aerial_flight([[0.0, 0.0]], controller=Hold, trajectory=HoverTrajectory(hover_time=2.0))
     assert_completed(trial)
     assert_taut(trial)

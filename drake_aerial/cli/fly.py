@@ -20,7 +20,9 @@ def add_command(commands: argparse._SubParsersAction) -> None:
         "cables cannot hold the payload or a quadrotor's share is too large; 2 if the team cannot "
         "lift the payload.",
     )
-    command.add_argument("contacts", type=Path, metavar="contacts.json")
+    command.add_argument(
+        "contacts", type=Path, metavar="contacts.json", help="file that `transfer` wrote"
+    )
     command.add_argument("--out", type=Path, required=True, metavar="DIR", help="output folder")
     payload = command.add_mutually_exclusive_group()
     payload.add_argument(

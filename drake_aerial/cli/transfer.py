@@ -29,7 +29,9 @@ def add_command(commands: argparse._SubParsersAction) -> None:
     command.add_argument(
         "--out", type=Path, required=True, metavar="contacts.json", help="file to write"
     )
-    command.add_argument("--method", choices=METHODS, default="task", help="(default: task)")
+    command.add_argument(
+        "--method", choices=METHODS, default="task", help="search method (default: task)"
+    )
     command.add_argument(
         "--top",
         type=whole_number(1),

@@ -1,4 +1,4 @@
-"""The table's box, hung by its top, and short flights with it."""
+"""Fixtures: the paper's box, suspended from its top face, and a short trajectory."""
 
 import numpy as np
 import pytest

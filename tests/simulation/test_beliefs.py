@@ -1,4 +1,4 @@
-"""What the controllers are told, against the plant and against formulas."""
+"""Believed mass properties, against the plant and against formulas."""
 
 import numpy as np
 import pytest
@@ -69,7 +69,7 @@ def test_below_contact_is_below_the_mean_contact():
     assert believe("below_contact", payload, scan_L=top).p_LLcm[2] == pytest.approx(0.09)
 
 
-def test_beliefs_differ_in_where_mass_is_and_in_nothing_else():
+def test_beliefs_differ_in_centre_of_mass_and_inertia_alone():
     payload = Payload.from_box(SIZE, 0.3, com=[0.1, 0.1, 0.05])
     models = [believe(b, payload) for b in BELIEFS]
     for name in (

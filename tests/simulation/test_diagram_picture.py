@@ -1,4 +1,4 @@
-"""The station as Graphviz source and drawing; `dot` is played by a script, so that its presence does not matter."""
+"""The station as Graphviz source and drawing; a script stands for Graphviz's program `dot`."""
 
 import pydot
 import pytest

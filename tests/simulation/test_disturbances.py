@@ -34,7 +34,7 @@ def hover(suspension, seconds=12.0, controller="geometric", parameters=None, **o
     ).run()
 
 
-def test_a_constant_wind_deflects_as_statics_has_it(hang):
+def test_a_constant_wind_deflects_the_payload_as_statics_predicts(hang):
     wind = WindParameters(mean=(1.2, 0.0, 0.0), quadrotor_drag_area=0.04)
     result = hover(hang(), 25.0, parameters=StationParameters(noise=0.0, wind=wind))
     assert result.metrics["outcome"] == "completed"
@@ -42,8 +42,8 @@ def test_a_constant_wind_deflects_as_statics_has_it(hang):
     assert np.ptp(s["payload_position"][-200:], axis=0).max() < 2e-3
     assert s["wind"] == pytest.approx(np.tile([1.2, 0.0, 0.0], (len(s["time"]), 1)))
 
-    # All in the x-z plane. The wind pushes on the box's centre, the cable pulls on the contact above it: it hangs along
-    # the cable, tilted by a about y, with its faces tilted too.
+    # All in the x-z plane. The wind pushes on the box's centre, the cable pulls on the contact
+    # above it: the box hangs along the cable, tilted by a about y, its faces too.
     faces = 0.5 * 1.225 * 1.05 * np.array([0.61 * 0.28, 0.68 * 0.61])
 
     def drag(a):
@@ -82,8 +82,8 @@ def test_a_constant_wind_deflects_as_statics_has_it(hang):
 @pytest.mark.parametrize(
     "contacts", [[[0.0, 0.0, 0.14]], [[-0.2, -0.25, 0.14], [0.3, 0.0, 0.14], [-0.1, 0.25, 0.14]]]
 )
-def test_a_wind_that_is_observed_leaves_no_offset(box, contacts):
-    # Statics of the whole: the thrusts carry the weight of everything and what the wind does to it, wherever cables go.
+def test_with_a_disturbance_observer_wind_leaves_no_offset(box, contacts):
+    # Statics of the whole: the thrusts carry all weight and wind forces, whatever the cables do.
     speed, area = 1.0, 0.02
     wind = WindParameters(mean=(speed, 0.0, 0.0), quadrotor_drag_area=area)
     suspension = SuspendedPayload.from_contacts(
@@ -117,7 +117,7 @@ def test_a_wrong_mass_costs_height(hang, ratio):
     assert result.metrics["slack_fraction"] == 0.0
 
 
-def test_a_mass_of_nothing_is_refused(hang):
+def test_a_mass_ratio_of_zero_is_refused(hang):
     with pytest.raises(InputError, match="`mass_ratio` must be positive, got 0.0"):
         hover(hang(), mass_ratio=0.0)
 
@@ -151,7 +151,7 @@ def test_slow_motors_start_at_the_speed_that_carries(hang):
     assert result.metrics["position_max_m"] < 0.01
 
 
-def test_motors_that_lag_by_much_are_led(hang, quick):
+def test_lead_compensation_flies_slow_motors(hang, quick):
     led = (
         Flight(
             hang(),
@@ -168,7 +168,7 @@ def test_motors_that_lag_by_much_are_led(hang, quick):
     )  # what the MPC must keep with prompt motors and this noise
 
 
-def test_without_the_lead_they_lose_the_payload(hang, quick):
+def test_without_lead_compensation_slow_motors_lose_the_payload(hang, quick):
     parameters = StationParameters(motor_lag=0.05, motor_lead=False)
     assert (
         Flight(hang(), FlightOptions(belief="true", trajectory=quick, parameters=parameters))

@@ -1,4 +1,4 @@
-"""From the ground with slack cables, for several quadrotors and both kinds of cable: nothing jumps, nothing drags."""
+"""Take-off from the ground with slack cables: nothing jumps, and the payload does not drag."""
 
 import numpy as np
 import pytest
@@ -37,7 +37,7 @@ def test_a_team_takes_off_without_a_jolt(box, quick, kind, contacts):
     step = np.diff(s["quadrotor_position"][:6], axis=0)
     assert np.linalg.norm(step, axis=2).max() < 0.01 * 0.05  # after 0.05 s at 1 m/s^2
     assert np.abs(step[:, :, :2]).max() < 1e-5
-    # Until the reference rises the payload stands where it stood; pulled by its weight and a little more, it may just come off.
+    # Until the reference rises the payload stays in place; the cables' pull may just lift it off.
     standing = time < quick.ground_time
     moved = np.ptp(s["payload_position"][standing], axis=0)
     assert moved[:2].max() < 2e-3

@@ -1,4 +1,4 @@
-"""What is known not to fly is refused before take-off, with its reason; by force it flies and is recorded as it ends."""
+"""Infeasible set-ups are rejected before the simulation, with the reason; `force` flies them anyway."""
 
 import json
 from dataclasses import replace
@@ -64,8 +64,9 @@ def test_a_solution_marked_infeasible_is_refused_with_its_reasons():
 
 
 @pytest.mark.parametrize("inside", [0.005, -0.005])
-def test_the_line_of_the_true_centre_of_mass_decides(inside):
-    # Two contacts at x = inside - 0.3 .. inside, three with an edge there: the centre of mass is at x = 0.
+def test_contacts_on_one_side_of_the_true_centre_of_mass_are_refused(inside):
+    # Two contacts between x = inside - 0.3 and inside, three with an edge there; the centre of
+    # mass is at x = 0.
     for shape in ([[-0.3, 0.0], [0.0, 0.0]], [[-0.3, 0.0], [0.0, -0.2], [0.0, 0.2]]):
         p = np.array([[x + inside, y, 0.14] for x, y in shape])
         if inside > 0.0:
@@ -76,7 +77,7 @@ def test_the_line_of_the_true_centre_of_mass_decides(inside):
             prepare(p, force=True)
 
 
-def test_a_payload_whose_mass_is_elsewhere_is_judged_by_where_it_is():
+def test_the_payloads_own_centre_of_mass_counts():
     box = Payload.read("box_68x61x28")
     shifted = replace(box, com=box.com + [0.2, 0.0, 0.0])
     fly(
@@ -90,7 +91,7 @@ def test_a_payload_whose_mass_is_elsewhere_is_judged_by_where_it_is():
         fly(solutions(ONE_SIDE), payload=box, controller="geometric", trajectory=HOVER)
 
 
-def test_one_quadrotors_share_is_a_matter_of_the_contacts_and_the_weight_of_the_payload():
+def test_a_quadrotors_share_of_the_load_must_not_exceed_its_spare_thrust():
     # On two cables 0.1 and 0.3 m from the centre, three quarters of the weight are the near one's.
     p = np.array([[-0.1, 0.0, 0.14], [0.3, 0.0, 0.14]])
     quadrotor = QuadrotorParameters()

@@ -18,7 +18,7 @@ def surface(rng, count=3000):
     return points * SIZE
 
 
-def test_everything_is_about_the_scans_centroid():
+def test_the_origin_is_the_scans_centroid():
     rng = np.random.default_rng(0)
     shift = np.array([3.0, -1.0, 0.5])
     scan = surface(rng) + shift
@@ -39,7 +39,7 @@ def test_a_scan_whose_up_is_not_z_is_turned_upright():
     assert np.ptp(s.payload.vertices, axis=0) == pytest.approx(SIZE)
 
 
-def test_contacts_near_the_surface_are_put_on_it_and_far_ones_refused():
+def test_contacts_near_the_surface_are_moved_to_it_and_far_ones_refused():
     box = Payload.from_box(SIZE)
     s = SuspendedPayload.from_contacts(box, [[0.1, 0.0, 0.115]], [[0.1, 0, 1]])
     assert s.p_LC[0] == pytest.approx([0.1, 0.0, 0.1])
@@ -52,7 +52,7 @@ def test_contacts_near_the_surface_are_put_on_it_and_far_ones_refused():
         SuspendedPayload.from_contacts(box, [[0, 0, 0.1], [0.0, 0.0, 0.13]], [[0, 0, 1]] * 2)
 
 
-def test_nothing_but_a_scan():
+def test_a_scan_alone_gives_the_payload():
     rng = np.random.default_rng(1)
     scan = surface(rng)
     s = SuspendedPayload.from_contacts(None, [[0.1, 0.1, 0.1]], [[0, 0, 1]], scan=scan, mass=0.2)

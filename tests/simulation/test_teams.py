@@ -57,7 +57,8 @@ def test_each_of_an_unequal_team_hovers_at_its_own_thrust(kind, controller):
         axis=0
     )
     assert distance == pytest.approx([0.5, 0.7, 0.6], abs=2e-3)
-    # Three vertical cables are statically determinate: force, and moments about two axes, of payload and grippers.
+    # Three vertical cables are statically determinate: one force and two moments of payload and
+    # grippers.
     masses = np.array([0.25] + [gripper.mass for gripper in GRIPPERS])
     points = np.vstack([[0.0, 0.0, 0.0], TRIANGLE])
     A = np.vstack([np.ones(3), TRIANGLE[:, 0], TRIANGLE[:, 1]])
@@ -115,7 +116,7 @@ def test_the_order_of_the_team_does_not_matter(controller):
 
 
 @pytest.mark.parametrize("n", range(1, 7))
-def test_a_result_of_any_team_comes_back_from_its_files(n, tmp_path):
+def test_a_result_of_any_team_is_read_back(n, tmp_path):
     angle = 2.0 * np.pi * np.arange(n) / n
     contacts = np.stack([0.25 * np.cos(angle), 0.25 * np.sin(angle), np.full(n, 0.14)], axis=1)
     cables = tuple(CableParameters(length=0.5 + 0.05 * i) for i in range(n))
@@ -148,7 +149,8 @@ def test_cables_of_two_kinds_are_refused(box):
 
 
 def test_a_quadrotor_that_cannot_lift_its_share_is_refused(box):
-    # 0.6 kg on two: 2.94 N each at equal arms. The weak one lifts 4.0 N and weighs 2.45 N; the team as a whole has enough.
+    # 0.6 kg on two: 2.94 N each at equal arms. The weak one lifts 4.0 N and weighs 2.45 N; the
+    # team as a whole has enough thrust.
     weak = replace(QuadrotorParameters(), thrust_coefficient=4.0 / (4 * 16400.0**2))
     team = StationParameters(quadrotor=(weak, LARGE), gripper=GripperParameters(mass=1e-6))
     heavy = Payload.from_box([0.6, 0.3, 0.2], 0.6)
@@ -164,5 +166,5 @@ def test_a_quadrotor_that_cannot_lift_its_share_is_refused(box):
         InputError, match=r"quadrotor 1 of 2 pushes with 4\.00 N at most and weighs 4\.02 N"
     ):
         make_transport_station(box, equal, parameters=replace(team, quadrotor=(hopeless, LARGE)))
-    # A formation that nothing can hold level is the business of whoever chose it, not of this check.
+    # This check does not reject a formation that no cables can hold level.
     make_transport_station(box, TRIANGLE + [0.4, 0.0, 0.0])

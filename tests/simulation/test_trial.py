@@ -1,4 +1,4 @@
-"""Whole flights, short ones: every outcome, the same bytes for the same seed, files, refusals."""
+"""Whole short flights: every outcome, the same bytes for the same seed, files, errors."""
 
 import json
 from dataclasses import replace
@@ -81,7 +81,7 @@ def test_a_flight_completes(hang, quick, controller, cable):
     assert m["slack_fraction"] == 0.0
     assert list(m["phases"]) == ["ground", "tensioning", "lifting", "approach", "circle", "hover"]
     assert m["phases"]["hover"] == pytest.approx([7.5, 8.5], abs=0.011)
-    # What the series say must hang together: a cable as long as it is while it carries, thrust against weight.
+    # The series agree with each other: span and length of a taut cable, thrust and weight.
     assert len(s["time"]) == 851
     gap = np.linalg.norm(s["quadrotor_position"] - s["contact_position"], axis=2)
     assert gap.max() < 0.5 + (3e-4 if cable == "inextensible" else 2e-3)
@@ -162,9 +162,10 @@ def test_a_controller_that_fails_does_not_kill_the_process(hang, quick):
     assert result.series["time"][-1] > 1.0
 
 
-def test_a_bad_contact_hangs_below_it(hang, quick):
+def test_a_payload_hangs_with_its_centre_of_mass_below_a_bad_contact(hang, quick):
     m = Flight(hang(0.2), FlightOptions(belief="true", trajectory=quick)).run().metrics
-    # At rest the centre of mass is straight below the contact, 0.14 m below and 0.2 m beside it in the box.
+    # At rest the centre of mass is straight below the contact; in the box it is 0.14 m below and
+    # 0.2 m beside it.
     assert m["outcome"] == "completed"
     assert m["tilt_mean_rad"] == pytest.approx(np.arctan2(0.2, 0.14), abs=0.1)
     assert m["position_rmse_m"] < 0.012
@@ -195,7 +196,7 @@ def test_three_quadrotors_share_the_load(box, quick):
     assert m["slack_fraction"] == 0.0
 
 
-def test_from_contacts_and_back_from_its_files(quick, tmp_path):
+def test_a_flight_from_contacts_json_is_read_back_from_its_files(quick, tmp_path):
     path = tmp_path / "contacts.json"
     contacts([0.0, 0.0, 0.14], [0.1, 0.0, 0.145]).write(path)
     short = replace(quick, hover_time=0.2, circle_time=1.0, turns=0.1)
@@ -265,10 +266,8 @@ def test_the_scan_of_a_transfer_is_flown_from_memory():
     assert flight.suspended_payload.scan_L == pytest.approx(points - points.mean(axis=0))
     assert fly(solutions, mass=0.2, trajectory=hover).outcome == "completed"
     # A payload of its own flies as from contacts.json, which holds no points.
-    assert (
-        prepare_flight(solutions, payload="box_68x61x28", trajectory=hover).suspended_payload.scan_L
-        is None
-    )
+    own = prepare_flight(solutions, payload=Payload.from_box([0.5, 0.4, 0.2]), trajectory=hover)
+    assert own.suspended_payload.scan_L is None
     with pytest.raises(InputError, match="name no scan file"):
         prepare_flight(replace(solutions, scan=None), mass=0.2, trajectory=hover)
 
