@@ -138,10 +138,10 @@ def aerial_scan() -> Callable[..., PointCloud]:
 
 @pytest.fixture
 def aerial_station() -> Callable[..., TransportStation]:
-    """``aerial_station(places, payload="box_68x61x28", controller=None, parameters=None)``: a station.
+    """``aerial_station(places, payload="box_68x61x28", controller=None, parameters=None)``.
 
-    The contacts are the highest points at the horizontal `places` (n, 2) [m]. `controller` is a
-    LeafSystem; without one the station exports the ports for it.
+    It returns a transport station. The contacts are the highest points at the horizontal `places`
+    (n, 2) [m]. `controller` is a LeafSystem; without one the station exports the ports for it.
     """
 
     def station(
@@ -157,7 +157,7 @@ def aerial_station() -> Callable[..., TransportStation]:
 
 @pytest.fixture
 def aerial_flight() -> Callable[..., TrialResult]:
-    """``aerial_flight(places, payload="box_68x61x28", seed=0, **options)``: the result of one flight.
+    """``aerial_flight(places, payload="box_68x61x28", seed=0, **options)``: a flight's result.
 
     The contacts are the highest points at the horizontal `places` (n, 2) [m]. The options are the
     fields of `FlightOptions`, with the belief "true" by default. `controller` may be your own

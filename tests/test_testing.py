@@ -85,7 +85,7 @@ def test_the_assertions_can_fail(aerial_flight):
     trial.metrics.update(outcome="crashed", outcome_reason="it fell")
     with pytest.raises(AssertionError, match="crashed: it fell"):
         assert_completed(trial)
-    with pytest.raises(InputError, match="`phase` must be one of .*, hover, got 'landing'"):
+    with pytest.raises(InputError, match=r"`phase` must be one of .*, hover, got 'landing'"):
         assert_tracks(trial, rmse=1.0, phase="landing")
 
 

@@ -45,7 +45,7 @@ def add_command(commands: argparse._SubParsersAction) -> None:
         "--mass",
         type=float,
         metavar="KG",
-        help="also check that the paper's quadrotors lift a payload of this mass (default: no check)",
+        help="also check that the paper's quadrotors lift this payload mass (default: no check)",
     )
     command.add_argument(
         "--refine",

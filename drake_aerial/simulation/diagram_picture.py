@@ -68,7 +68,7 @@ def write_diagram_picture(path: str | Path, diagram: System, *, depth: int | Non
     suffix = Path(path).suffix.lower()
     if suffix not in SOURCES + DRAWINGS:
         raise InputError(
-            f"the name of a diagram's picture must end in {', '.join(SOURCES + DRAWINGS)}, got {path}"
+            f"a diagram's picture must end in {', '.join(SOURCES + DRAWINGS)}, got {path}"
         )
     source = diagram_source(diagram, depth=depth)
     if suffix in SOURCES:

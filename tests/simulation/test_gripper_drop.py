@@ -1,4 +1,4 @@
-"""A gripper lets go in flight: the others hold the payload, momentum is continuous, the record says so."""
+"""A gripper lets go in flight: the others hold the payload, and momentum is continuous."""
 
 from dataclasses import replace
 from itertools import pairwise

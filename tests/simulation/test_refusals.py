@@ -1,4 +1,4 @@
-"""Infeasible set-ups are rejected before the simulation, with the reason; `force` flies them anyway."""
+"""Infeasible set-ups are rejected before the simulation with the reason, unless forced."""
 
 import json
 from dataclasses import replace
