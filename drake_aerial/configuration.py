@@ -167,8 +167,8 @@ def read_station(
     InputError
         If a file is refused.
     """
+    from drake_aerial.choices import CABLES
     from drake_aerial.io.strict_yaml import nearest
-    from drake_aerial.plant.cable import KINDS
     from drake_aerial.simulation.station_parameters import StationParameters
 
     parameters = StationParameters() if station is None else read_parameters("station", station)
@@ -177,11 +177,11 @@ def read_station(
             parameters = replace(parameters, **{noun: read_parameters(noun, path)})
     if cable is None:
         return parameters
-    if str(cable) in KINDS:
+    if str(cable) in CABLES:
         return parameters.with_cable_kind(str(cable))
     if not os.path.isfile(cable):
         raise InputError(
-            f"no cable {str(cable)!r}{nearest(cable, KINDS)}: give a YAML file or one of {', '.join(KINDS)}"
+            f"no cable {str(cable)!r}{nearest(cable, CABLES)}: give a YAML file or one of {', '.join(CABLES)}"
         )
     return replace(parameters, cable=read_parameters("cable", cable))
 

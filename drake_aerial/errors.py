@@ -1,6 +1,7 @@
 """The package's exceptions: one small tree, so that a caller can catch by kind.
 
-The command line maps `InputError` to exit code 2 and `JobError` to exit code 1; both carry one clear line.
+The command line maps `InputError` to exit code 2 and `JobError` to exit code 1; both carry one
+clear line.
 """
 
 
@@ -14,3 +15,9 @@ class InputError(DrakeAerialError, ValueError):
 
 class JobError(DrakeAerialError, RuntimeError):
     """The input was good but the job failed, for instance because no contact is feasible."""
+
+
+def one_line(message: object) -> str:
+    """Return a message without line breaks and control characters, long ones shortened."""
+    text = "".join(c if c.isprintable() else " " for c in " ".join(str(message).split()))
+    return text if len(text) <= 1000 else f"{text[:600]} ... {text[-300:]}"

@@ -136,13 +136,15 @@ def flights(path: Path) -> None:
     """The same payload flown by its middle and by a contact 10 cm beside it."""
     from drake_aerial.plant.payload import Payload
     from drake_aerial.simulation.flight import Flight
-    from drake_aerial.simulation.suspended_payload import Suspension
+    from drake_aerial.simulation.suspended_payload import SuspendedPayload
     from drake_aerial.visualization.plots import plot_flights
 
     payload = Payload.read("box_68x61x28")
     shown = {}
     for offset in (0.0, 0.1):
-        suspension = Suspension.hang(payload, [[offset, 0.0, 0.14]], [[0.0, 0.0, 1.0]])
+        suspension = SuspendedPayload.from_contacts(
+            payload, [[offset, 0.0, 0.14]], [[0.0, 0.0, 1.0]]
+        )
         shown[f"{100 * offset:.0f} cm off the centre"] = Flight(suspension).run(0)
     plot_flights(shown, path)
 

@@ -68,7 +68,7 @@ class DemonstrationServer:
             self._server = ThreadingHTTPServer(("127.0.0.1", port), Handler)
         except (OSError, OverflowError) as error:
             raise InputError(
-                f"cannot listen on port {port}: {error}; give another --port, or 0 for any"
+                f"cannot listen on port {port}: {error}; give another port (--port), 0 for any free one"
             ) from error
         self._server.daemon_threads = True
         self.url = f"http://127.0.0.1:{self._server.server_address[1]}/{secret}/"

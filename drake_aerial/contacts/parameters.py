@@ -1,4 +1,4 @@
-"""What transfer depends on, and the methods' names (docs/method.md)."""
+"""Parameters of `transfer` (docs/method.md)."""
 
 from __future__ import annotations
 
@@ -8,15 +8,6 @@ import numpy as np
 
 from drake_aerial.errors import InputError
 from drake_aerial.statics.lift import Lift
-
-METHODS: dict[str, tuple[str, str]] = {
-    "task": ("hull", "normalised"),
-    "paper": ("paper", "resampled"),
-    "kopicki": ("none", "resampled"),
-    "control": ("none", "normalised"),
-    "centroid": ("none", "none"),
-}
-"""Method to (votes, sampling). `control` is `task` without its votes, and differs from it in nothing else."""
 
 SCALES = ("auto", "support", "area", "rigid")
 

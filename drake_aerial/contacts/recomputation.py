@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from drake_aerial.choices import METHODS
 from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.contacts.contact_query import Evidence
 from drake_aerial.contacts.parameters import TransferParameters
 from drake_aerial.contacts.solutions import ContactSolutions
-from drake_aerial.contacts.transfer import METHODS, query
+from drake_aerial.contacts.transfer import query
 from drake_aerial.features.canonical_frame import to_canonical
 from drake_aerial.features.horizontal_hull import HorizontalHull
 from drake_aerial.features.surface_features import compute_features

@@ -18,6 +18,7 @@ from drake_aerial.io.typed_yaml.reading import record_from_mapping
 from drake_aerial.io.typed_yaml.writing import record_to_mapping
 
 if TYPE_CHECKING:
+    from drake_aerial.cloud.point_cloud import PointCloud
     from drake_aerial.contacts.contact_query import Evidence
 
 SCHEMA = "drake_aerial/contacts"
@@ -112,6 +113,8 @@ class ContactSolutions:
     solutions : tuple of Solution
     evidence : Evidence or None
         What they were found from, for pictures; not written to the file.
+    scan : PointCloud or None
+        The cloud that they were found on; not written to the file.
 
     Examples
     --------
@@ -131,6 +134,7 @@ class ContactSolutions:
     solutions: tuple[Solution, ...]
     parameters: TransferParameters | None = None
     evidence: Evidence | None = field(default=None, repr=False)
+    scan: PointCloud | None = field(default=None, repr=False)
 
     def __len__(self) -> int:
         return len(self.solutions)

@@ -9,6 +9,7 @@ from functools import partial
 
 import numpy as np
 
+from drake_aerial.choices import METHODS
 from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.contacts.centroid import centroid_contacts
 from drake_aerial.contacts.contact_query import Evidence
@@ -21,7 +22,7 @@ from drake_aerial.contacts.likelihood.query_density import (
     ResampledQuery,
     draw_candidates,
 )
-from drake_aerial.contacts.parameters import METHODS, TransferParameters
+from drake_aerial.contacts.parameters import TransferParameters
 from drake_aerial.contacts.search.annealing import anneal
 from drake_aerial.contacts.search.selection import distinct
 from drake_aerial.contacts.search.starts import draw_starts
@@ -147,6 +148,7 @@ def transfer(
         solutions=solutions,
         parameters=parameters,
         evidence=evidence,
+        scan=cloud,
     )
 
 

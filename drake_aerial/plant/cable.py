@@ -18,13 +18,12 @@ from pydrake.multibody.tree import (
 )
 from pydrake.systems.framework import Context
 
+from drake_aerial.choices import CABLES
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
 from drake_aerial.plant.gripper import Gripper
 from drake_aerial.plant.quadrotor import Quadrotor
 from drake_aerial.plant.world import refuse_world_body
-
-KINDS = ("inextensible", "elastic")
 
 
 @dataclass(frozen=True)
@@ -43,8 +42,8 @@ class CableParameters:
     """Of the inextensible kind's one link [kg]."""
 
     def __post_init__(self) -> None:
-        if self.kind not in KINDS:
-            raise InputError(f"a cable of kind {self.kind!r}; {' or '.join(KINDS)} accepted")
+        if self.kind not in CABLES:
+            raise InputError(f"a cable of kind {self.kind!r}; {' or '.join(CABLES)} accepted")
         for name, lowest in (
             ("length", 1e-3),
             ("stiffness", 1e-9),

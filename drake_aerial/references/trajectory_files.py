@@ -21,6 +21,8 @@ TRAJECTORIES: dict[str, type[Trajectory]] = {
     kind.name: kind
     for kind in (TransportTrajectory, HoverTrajectory, LineTrajectory, WaypointTrajectory)
 }
+OLD_NAMES = {"circle": "transport"}
+"""Names of earlier versions, still accepted from the command line, in Python and in study plans."""
 
 
 def read_trajectory(name_or_file: str | Path | Trajectory) -> Trajectory:
@@ -36,8 +38,9 @@ def read_trajectory(name_or_file: str | Path | Trajectory) -> Trajectory:
     """
     if isinstance(name_or_file, Trajectory):
         return name_or_file
-    if str(name_or_file) in TRAJECTORIES:
-        return TRAJECTORIES[str(name_or_file)]()
+    name = OLD_NAMES.get(str(name_or_file), str(name_or_file))
+    if name in TRAJECTORIES:
+        return TRAJECTORIES[name]()
     path = Path(name_or_file)
     if not os.path.isfile(path):
         raise InputError(

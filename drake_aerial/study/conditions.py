@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from drake_aerial.choices import CABLES, CONTROLLERS
 from drake_aerial.errors import InputError
 from drake_aerial.io import model_files
 from drake_aerial.io.strict_yaml import check_keys, nearest, number, numbers, shown
-from drake_aerial.plant.cable import KINDS as CABLES
 from drake_aerial.plant.payload import TABLE_INERTIA, Payload
 from drake_aerial.references.trajectory import Trajectory, TransportTrajectory
 from drake_aerial.references.trajectory_files import (
@@ -22,7 +22,6 @@ from drake_aerial.references.trajectory_files import (
     trajectory_from_dict,
     trajectory_to_dict,
 )
-from drake_aerial.simulation.flight_options import CONTROLLERS
 
 VIEWS = ("full", "top", "partial")
 INERTIAS = ("table", "mesh", "file")
@@ -106,7 +105,7 @@ class Condition:
                 f"{where}: one of the keys 'demonstration' and 'contacts' must be given"
             )
         _one_of(self.view, VIEWS, f"{where}: view")
-        _one_of(self.controller, tuple(CONTROLLERS), f"{where}: controller")
+        _one_of(self.controller, CONTROLLERS, f"{where}: controller")
         _one_of(self.cable, CABLES, f"{where}: cable")
         if self.view == "partial" and self.viewpoint is None:
             raise InputError(f"{where}: the view 'partial' needs a viewpoint [x, y, z] in metres")
@@ -231,10 +230,8 @@ def _trajectory(value: Any, where: str, folder: Path | None) -> Trajectory:
     try:
         if isinstance(value, Mapping):
             return trajectory_from_dict(dict(value))
-        beside = None if folder is None else folder / str(value)
-        # "circle" is what one flies; the trajectory that does so is called after its task.
-        name = "transport" if value == "circle" else str(value)
-        return read_trajectory(beside if beside is not None and os.path.isfile(beside) else name)
+        beside = (folder or Path()) / str(value)
+        return read_trajectory(beside if os.path.isfile(beside) else str(value))
     except InputError as error:
         raise InputError(f"{where}: {error}") from error
 

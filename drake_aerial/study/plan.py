@@ -8,11 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from drake_aerial._version import __version__
-from drake_aerial.contacts.parameters import METHODS
+from drake_aerial.choices import BELIEFS, METHODS
 from drake_aerial.errors import InputError
 from drake_aerial.io import model_files
 from drake_aerial.io.strict_yaml import check_keys, nearest, number, read_mapping, shown
-from drake_aerial.simulation.beliefs import BELIEFS
 from drake_aerial.study.conditions import DEFAULTABLE, INERTIAS, Condition
 
 _LISTS = ("conditions", "methods", "beliefs", "inertias")

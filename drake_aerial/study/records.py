@@ -105,7 +105,7 @@ class StudyFolder:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError as error:
                 raise InputError(
-                    f"another study is writing to {path}; wait for it, or give another --out"
+                    f"another study is writing to {path}; wait for it, or give another folder (--out)"
                 ) from error
             folder._claim(plan)
             folder._mend()
@@ -118,7 +118,9 @@ class StudyFolder:
         ours = json.loads(json.dumps(plan.to_dict()))
         if not path.exists():
             if (self.path / RECORDS).exists():
-                raise InputError(f"{self.path} has records and no {PLAN}; give another --out")
+                raise InputError(
+                    f"{self.path} has records and no {PLAN}; give another folder (--out)"
+                )
             write_text(path, yaml.safe_dump(ours, sort_keys=False, width=120))
             return
         try:
@@ -128,7 +130,7 @@ class StudyFolder:
         difference = _difference(theirs, ours, "")
         if difference is not None:
             raise InputError(
-                f"{self.path} holds another study: {difference}; give another --out, or the same plan"
+                f"{self.path} holds another study: {difference}; give another folder (--out), or the same plan"
             )
 
     def _mend(self) -> None:

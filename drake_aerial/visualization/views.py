@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -205,34 +204,22 @@ def found_again(
 
 
 def cloud_of(solutions: ContactSolutions, folder: Path) -> PointCloud:
-    """Return the cloud that contacts were found on, looked up where the contacts file says, then beside it.
+    """Return the cloud that contacts were found on.
 
     Raises
     ------
     InputError
-        If it is not there any more, or is another cloud.
+        If its file is not found, or holds other points.
     """
-    from drake_aerial.cloud.point_cloud import PointCloud
+    from drake_aerial.contacts.scan_lookup import find_scan
 
-    given = solutions.cloud.get("path")
-    if not given:
+    try:
+        return find_scan(solutions.cloud, folder)
+    except InputError as error:
         raise InputError(
-            "the contacts were found on a cloud without a file; view them when they are made (--html)"
-        )
-    candidates: Sequence[str | Path] = (given, folder / given, folder / Path(given).name)
-    for candidate in candidates:
-        if os.path.isfile(candidate):
-            cloud = PointCloud.read(
-                candidate,
-                viewpoint=solutions.cloud.get("viewpoint"),
-                up=solutions.cloud.get("up", (0.0, 0.0, 1.0)),
-            )
-            if cloud.sha256 != solutions.cloud.get("sha256"):
-                raise InputError(
-                    f"{candidate} is not the cloud that the contacts were found on (its sha256 differs)"
-                )
-            return cloud
-    raise InputError(f"the contacts' cloud {given} is not there; put it beside the contacts file")
+            f"{error}; put the scan beside contacts.json, or write the page with the contacts "
+            "(`write_contacts_page`, drake-aerial transfer --html)"
+        ) from error
 
 
 def _schema(path: Path) -> str | None:

@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from drake_aerial.choices import METHODS
 from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.contacts import transfer as transfer_module
-from drake_aerial.contacts.parameters import METHODS, TransferParameters
+from drake_aerial.contacts.parameters import TransferParameters
 from drake_aerial.contacts.transfer import transfer
 from drake_aerial.density.grid_density import GridDensity
 from drake_aerial.errors import InputError, JobError

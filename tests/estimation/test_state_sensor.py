@@ -17,8 +17,9 @@ from drake_aerial.plant.quadrotor import add_quadrotor
 from drake_aerial.plant.world import add_plant
 from drake_aerial.references.trajectory import TransportTrajectory
 from drake_aerial.simulation.flight import Flight
+from drake_aerial.simulation.flight_options import FlightOptions
 from drake_aerial.simulation.station_parameters import StationParameters
-from drake_aerial.simulation.suspended_payload import Suspension
+from drake_aerial.simulation.suspended_payload import SuspendedPayload
 
 RNG = np.random.default_rng(0)
 P_LC = RNG.normal(size=(2, 3))
@@ -157,12 +158,14 @@ def test_sampled_velocities_are_those_of_the_samples_moment(dt):
 
 
 def test_tracking_does_not_depend_on_the_plants_step():
-    box = Suspension.hang(Payload.read("box_68x61x28"), [[0.0, 0.0, 0.14]], [[0.0, 0.0, 1.0]])
+    box = SuspendedPayload.from_contacts(
+        Payload.read("box_68x61x28"), [[0.0, 0.0, 0.14]], [[0.0, 0.0, 1.0]]
+    )
     turn = TransportTrajectory.airborne(circle_time=6.0, turns=1.0, hover_time=1.0)
     errors = []
     for dt in (0.001, 0.005):
         parameters = StationParameters(time_step=dt, noise=0.0)
-        flight = Flight(box, belief="true", trajectory=turn, parameters=parameters)
+        flight = Flight(box, FlightOptions(belief="true", trajectory=turn, parameters=parameters))
         errors.append(flight.run(seed=3).metrics["circle_position_rmse_m"])
     # Before samples' velocities were those of their moment, five times the step cost millimetres.
     assert np.ptp(errors) < 2e-4

@@ -40,10 +40,11 @@ from drake_aerial.plant.payload_body import add_payload
 from drake_aerial.plant.quadrotor import add_quadrotor
 from drake_aerial.plant.world import add_ground, add_plant
 from drake_aerial.references.trajectory import HoverTrajectory
+from drake_aerial.simulation.flight_options import FlightOptions
 from drake_aerial.simulation.outcome import FlightMonitor
 from drake_aerial.simulation.station import TransportStation, make_transport_station
 from drake_aerial.simulation.station_parameters import StationParameters
-from drake_aerial.simulation.suspended_payload import Suspension
+from drake_aerial.simulation.suspended_payload import SuspendedPayload
 from drake_aerial.statics.gravity import GRAVITY
 
 CONTACTS = {
@@ -175,9 +176,8 @@ def make_flight(n: int, options: dict[str, Any]) -> flight.Flight:
     """Return the flight that is profiled."""
     box = Payload.read("box_68x61x28")
     return flight.Flight(
-        Suspension.hang(box, CONTACTS[n], [[0.0, 0.0, 1.0]] * n),
-        belief="true",
-        controller_options=options,
+        SuspendedPayload.from_contacts(box, CONTACTS[n], [[0.0, 0.0, 1.0]] * n),
+        FlightOptions(belief="true", controller_options=options),
     )
 
 
@@ -215,7 +215,9 @@ def bare_step(n: int, states: list[np.ndarray], steps: int = 100) -> float:
     builder, parameters = DiagramBuilder(), StationParameters()
     plant, _ = add_plant(builder, parameters.step)
     add_ground(plant)
-    suspension = Suspension.hang(Payload.read("box_68x61x28"), CONTACTS[n], [[0.0, 0.0, 1.0]] * n)
+    suspension = SuspendedPayload.from_contacts(
+        Payload.read("box_68x61x28"), CONTACTS[n], [[0.0, 0.0, 1.0]] * n
+    )
     payload = add_payload(plant, suspension.payload)
     quadrotors = [add_quadrotor(plant, name=f"quadrotor_{i}") for i in range(n)]
     for i, quadrotor in enumerate(quadrotors):
@@ -243,7 +245,9 @@ def bare_step(n: int, states: list[np.ndarray], steps: int = 100) -> float:
 
 def station_step(n: int, seconds: float = 1.0, times: int = 8) -> float:
     """Return the CPU seconds of a step of the station whose thrusts are constant, no controller inside."""
-    suspension = Suspension.hang(Payload.read("box_68x61x28"), CONTACTS[n], [[0.0, 0.0, 1.0]] * n)
+    suspension = SuspendedPayload.from_contacts(
+        Payload.read("box_68x61x28"), CONTACTS[n], [[0.0, 0.0, 1.0]] * n
+    )
     station = make_transport_station(suspension.payload, suspension.p_LC, suspension.normal_L)
     spent = []
     for _ in range(times):

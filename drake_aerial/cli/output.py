@@ -1,18 +1,32 @@
-"""How far a job is, on stderr: a bar on a terminal, a line now and then in a log."""
+"""Output of the commands: results on stdout, progress and messages on stderr."""
 
 from __future__ import annotations
 
+import json
 import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
-from drake_aerial.cli.interrupts import heed
+
+def print_result(as_json: bool, document: dict[str, Any], text: str) -> None:
+    """Print the document as one line of JSON, or the text."""
+    print(json.dumps(document) if as_json else text)
+
+
+def say(line: str) -> None:
+    """Write a line to stderr in one piece, so that other output cannot split it."""
+    sys.stderr.write(f"{line}\n")
+    sys.stderr.flush()
 
 
 @contextmanager
 def progress_bar(label: str) -> Iterator[Callable[[float, str], None]]:
-    """Yield a callback that takes the fraction done and what is being done; a bar on stderr where that is a terminal."""
+    """Yield a callback that takes the fraction done and the present step.
+
+    It draws a bar on stderr if that is a terminal.
+    """
     from tqdm import tqdm
 
     with tqdm(
@@ -25,7 +39,6 @@ def progress_bar(label: str) -> Iterator[Callable[[float, str], None]]:
     ) as bar:
 
         def update(fraction: float, what: str = "") -> None:
-            heed()
             bar.set_description_str(what or label, refresh=False)
             bar.n = 100.0 * min(max(fraction, 0.0), 1.0)
             bar.refresh()
@@ -34,20 +47,13 @@ def progress_bar(label: str) -> Iterator[Callable[[float, str], None]]:
 
 
 def progress_log(label: str, every: float = 60.0) -> Callable[[float, str], None]:
-    """Return a callback that writes a line on stderr now and then [s], for long jobs without a terminal."""
-    told = 0.0
+    """Return a callback that writes a line to stderr every `every` seconds, for logs."""
+    last = 0.0
 
     def update(fraction: float, what: str = "") -> None:
-        nonlocal told
-        heed()
-        if time.monotonic() - told >= every:
-            told = time.monotonic()
+        nonlocal last
+        if time.monotonic() - last >= every:
+            last = time.monotonic()
             say(f"{label}: {100 * fraction:.0f} %, {what}")
 
     return update
-
-
-def say(line: str) -> None:
-    """Write a line on stderr, in one piece: what an interrupt has said after it begins on a line of its own."""
-    sys.stderr.write(f"{line}\n")
-    sys.stderr.flush()
