@@ -1,4 +1,4 @@
-"""What transfer depends on, and the methods' names (docs/method.md)."""
+"""Parameters of a transfer, and the names of the methods (docs/method.md)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ METHODS: dict[str, tuple[str, str]] = {
     "control": ("none", "normalised"),
     "centroid": ("none", "none"),
 }
-"""Method to (votes, sampling). `control` is `task` without its votes, and differs from it in nothing else."""
+"""Votes and sampling of each method. `control` is `task` without its votes, otherwise the same."""
 
 SCALES = ("auto", "support", "area", "rigid")
 

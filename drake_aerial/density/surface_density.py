@@ -1,4 +1,4 @@
-"""Kernel density over surface features, SE(3) x R^2: the object, task and contact models' form."""
+"""Kernel density over surface features, SE(3) x R^2, as used by object, task, contact models."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ class Bandwidth:
 class SurfaceDensity:
     """Sum of kernels N_3(p | p_i) Theta(q | q_i) N_2(r | r_i) over surface features s = (p, q, r).
 
-    The paper's equation of the "Kernel density estimator" section. The pose may be a surface feature's own,
-    or a gripper's relative to one (the contact model).
+    It is the equation of the paper's section "Kernel density estimator". The pose may be that of a
+    surface feature, or of a gripper relative to one (the contact model).
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ class SurfaceDensity:
         return len(self.weights)
 
     def log_density(self, pose: Pose, descriptor: ArrayLike) -> Array:
-        """Return the log-density (...) at features of poses p (..., 3), q (..., 4) and descriptors (..., 2)."""
+        """Return the log-density (...) at poses p (..., 3), q (..., 4), descriptors (..., 2)."""
         points, coefficients, log_norm = self._lifted(pose, descriptor)
         weights = np.concatenate([self.weights, self.weights])[:, None]
         sums = log_weighted_sums(points, coefficients, weights)[:, 0] + log_norm
@@ -137,7 +137,7 @@ class SurfaceDensity:
         )
 
     def sample_kernels(self, descriptor: ArrayLike, rng: np.random.Generator) -> np.ndarray:
-        """Draw for each descriptor (N, 2) a kernel's index, with its probability given that descriptor."""
+        """Draw for each descriptor (N, 2) a kernel's index by its posterior probability."""
         r = np.asarray(descriptor, float).reshape(-1, 2)
         index, u = np.empty(len(r), int), rng.random(len(r))
         for rows, e in exponent_blocks(lift(r), self._of_descriptor):
@@ -155,7 +155,7 @@ class SurfaceDensity:
         return Pose(p, q), r
 
     def _lifted(self, pose: Pose, descriptor: ArrayLike) -> tuple[Array, Array, float]:
-        """Return lifted points, coefficients of the kernels at q_i and at -q_i, and the log-norm."""
+        """Return lifted points, coefficients of the kernels at q_i and -q_i, and the log-norm."""
         p, q = np.reshape(pose.p, (-1, 3)), np.reshape(pose.q, (-1, 4))
         r = np.reshape(np.asarray(descriptor, float), (-1, 2))
         b = self.bandwidth
@@ -163,7 +163,7 @@ class SurfaceDensity:
         rows = np.vstack(
             [lifted_gaussian(self.pose.p - self._origin, b.position), self._of_descriptor]
         )
-        # The rotation's largest exponent, kappa, is taken into the constant.
+        # The largest exponent of the rotation, kappa, is moved into the constant.
         rows[4] -= kappa
         rotation = kappa * np.concatenate([self.pose.q, -self.pose.q]).T
         log_norm = kernels.gaussian_log_norm(3, b.position) + kernels.gaussian_log_norm(

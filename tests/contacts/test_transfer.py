@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from drake_aerial.cloud.point_cloud import PointCloud
-from drake_aerial.contacts import transfer as transfer_module
+from drake_aerial.contacts import prepare_query
 from drake_aerial.contacts.parameters import METHODS, TransferParameters
 from drake_aerial.contacts.transfer import transfer
 from drake_aerial.density.grid_density import GridDensity
@@ -121,7 +121,7 @@ def test_kopicki_is_the_paper_with_votes_off(skill, cloud, monkeypatch):
         without_timing(run(skill, cloud, "paper"))["solutions"]
         != without_timing(kopicki)["solutions"]
     )
-    monkeypatch.setattr(transfer_module, "paper_votes", lambda *_: NoVotes())
+    monkeypatch.setattr(prepare_query, "paper_votes", lambda *_: NoVotes())
     off = run(skill, cloud, "paper")
     assert without_timing(off)["solutions"] == without_timing(kopicki)["solutions"]
 
@@ -175,17 +175,12 @@ def test_several_grippers_keep_their_layout():
 
 
 def test_keeps_what_pictures_need(skill, cloud):
-    evidence = run(skill, cloud).evidence
-    n = len(evidence.features)
-    assert (
-        evidence.log_query().shape
-        == evidence.log_votes().shape
-        == evidence.log_surface().shape
-        == (n,)
-    )
-    hottest = evidence.features_S.p[np.argmax(evidence.log_surface())]
+    query = run(skill, cloud).query
+    n = len(query.scan.features)
+    assert query.log_query().shape == query.log_votes().shape == query.log_surface().shape == (n,)
+    hottest = query.scan.features_S.p[np.argmax(query.log_surface())]
     assert np.linalg.norm(hottest - [0, 0, 0.125]) < 0.04
-    p, weights = evidence.votes_S()
+    p, weights = query.votes_S()
     assert len(p) == len(weights) == 1000 * 50
 
 

@@ -11,7 +11,7 @@ from drake_aerial.contacts.likelihood.contact_likelihood import (
     ContactLikelihood,
     ScalePrior,
 )
-from drake_aerial.contacts.votes.scan_cuts import Cuts
+from drake_aerial.contacts.votes.scan_cuts import ScanCuts
 from drake_aerial.features.horizontal_hull import HorizontalHull
 from drake_aerial.geometry import Pose, quat_about_axis, quat_exp, quat_multiply, rotate
 from drake_aerial.skill.configuration_model import ConfigurationModel
@@ -39,10 +39,9 @@ def configuration(n, vertical=1.0):
         np.full(n, 0.5),
         sigma_p=0.03,
         sigma_q=0.26,
-        alpha=50.0,
         axial=True,
     )
-    return model.raised(1.0, vertical)
+    return model.with_heights(1.0, vertical)
 
 
 def placed(model, rng, scale, batch=6):
@@ -121,7 +120,7 @@ def test_across_a_cut_an_object_is_as_wide_as_ever(steps):
     flags[(np.arange(-2, 3) + steps) % 72] = True
     whole = 0.5 * np.array([[0.68, 0.61], [-0.68, 0.61], [-0.68, -0.61], [0.68, -0.61]])
     left = np.column_stack([np.minimum(whole[:, 0], 0.19), 1.3 * whole[:, 1]])
-    prior = ScalePrior.of_hulls(hull(turned(left, yaw)), hull(whole), yaw, None, Cuts(flags))
+    prior = ScalePrior.of_hulls(hull(turned(left, yaw)), hull(whole), yaw, None, ScanCuts(flags))
     assert prior.log_mean == pytest.approx(np.log(1.3), abs=0.03)
 
 

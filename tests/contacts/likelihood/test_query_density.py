@@ -11,7 +11,7 @@ from drake_aerial.contacts.likelihood.query_density import (
 )
 from drake_aerial.contacts.parameters import TransferParameters
 from drake_aerial.contacts.votes.hull_votes import HullVotes
-from drake_aerial.contacts.votes.scan_cuts import Cuts
+from drake_aerial.contacts.votes.scan_cuts import ScanCuts
 from drake_aerial.density.kernels import log_axis, log_gaussian, log_theta
 from drake_aerial.errors import JobError
 from drake_aerial.features.horizontal_hull import HorizontalHull
@@ -83,7 +83,7 @@ def votes(skill, features, **options):
     hull = HorizontalHull.of_points(features.p)
     parameters = TransferParameters(**options)
     return HullVotes(
-        skill, features, hull, Cuts.none(), "support", parameters, np.random.default_rng(4)
+        skill, features, hull, ScanCuts.none(), "support", parameters, np.random.default_rng(4)
     )
 
 

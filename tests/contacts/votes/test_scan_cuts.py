@@ -6,7 +6,7 @@ import pytest
 from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.contacts.parameters import TransferParameters
 from drake_aerial.contacts.transfer import transfer
-from drake_aerial.contacts.votes.scan_cuts import Cuts
+from drake_aerial.contacts.votes.scan_cuts import ScanCuts
 from drake_aerial.features.horizontal_hull import HorizontalHull
 from drake_aerial.features.surface_features import compute_features
 from drake_aerial.skill.learn import learn
@@ -18,7 +18,7 @@ AXES = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
 
 def find(points, viewpoint=None, seen_from=None):
     features = compute_features(PointCloud.read(points, viewpoint=seen_from))
-    return Cuts.find(features, HorizontalHull.of_points(features.p), viewpoint)
+    return ScanCuts.find(features, HorizontalHull.of_points(features.p), viewpoint)
 
 
 def strip(noise=0.0):
