@@ -1,4 +1,4 @@
-"""Skills with one to three grippers and their transfers to boxes, for the tests of the refinement."""
+"""Skills with one to three grippers and their transfers to boxes, for the tests."""
 
 from functools import cache
 

@@ -19,7 +19,7 @@ from drake_aerial.skill.learn import learn
 from tests.contacts.box_scans import box_cloud
 from tests.contacts.formations import FAST
 
-ARMS = ("task", "control", "kopicki")
+COMPARED = ("task", "control", "kopicki")
 SIDE = 0.32 * np.sqrt(3.0)
 
 
@@ -56,7 +56,7 @@ def test_three_grippers_on_a_triangle_of_another_size(scale):
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_votes_of_a_triangle_agree_on_the_middle_of_a_box(seed):
-    # No edge of a triangle lies along a box's second one: the ends of an edge have to say where its middle is.
+    # No edge of a triangle is parallel to a box's second one: the ends of an edge fix its middle.
     cloud = box_cloud([1.0, 0.8, 0.3], seed, spacing=0.012)
     query = transfer(skill("formation"), cloud, seed=seed, parameters=FAST).query
     votes = query.likelihood.votes
@@ -67,7 +67,7 @@ def test_votes_of_a_triangle_agree_on_the_middle_of_a_box(seed):
         [np.cos(angle), np.sin(angle), 0.0 * angle]
     )
     drop = votes.density.log_density([x, y, yaw]) - votes.log_density(beside, np.full(12, yaw))
-    # A hill, no ridge: 15 cm off, in any direction, less than half agree.
+    # The mode is a hill, not a ridge: 15 cm off in any direction V is less than half as large.
     assert drop.min() > np.log(2.0)
 
 
@@ -95,7 +95,7 @@ def test_grippers_in_line_scale_with_the_length_along_them():
     long, short = rectangle(1.4, 0.1), rectangle(1.0, 0.1)
     along = ScalePrior.of_hulls(long, short, 0.0, line)
     assert np.exp(along.log_mean) == pytest.approx(1.4, rel=0.02)
-    # A regular formation looks in all directions alike.
+    # A regular formation weights all directions alike.
     even, plain = (
         ScalePrior.of_hulls(long, short, 0.3, triangle),
         ScalePrior.of_hulls(long, short, 0.3),
@@ -136,11 +136,11 @@ def test_beams_that_end_in_a_cut_are_found():
 
 
 def test_control_expects_the_size_that_task_expects():
-    # The arms differ in the votes alone: on a triangle of another size both know the size from the hulls.
+    # The methods differ in the votes alone: both read the size of the triangle off the hulls.
     cloud, _ = hollow_triangle(1.4, yaw=0.3)
     priors = {
         m: transfer(skill("formation"), cloud, method=m, parameters=FAST).query.likelihood.prior
-        for m in ARMS
+        for m in COMPARED
     }
     assert np.exp(priors["task"].log_mean) == pytest.approx(1.4, rel=0.01)
     assert np.exp(priors["control"].log_mean) == pytest.approx(1.4, rel=0.01)

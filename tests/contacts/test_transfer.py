@@ -1,4 +1,4 @@
-"""Transfer on boxes: where contacts go, what they follow, what they do not depend on, and what is refused."""
+"""Transfer on boxes: accuracy, invariances, methods, options and errors."""
 
 import json
 from dataclasses import replace
@@ -75,8 +75,9 @@ def test_off_centre_demonstration_goes_to_the_corresponding_site(site):
 
 def test_top_view_to_full_view_and_back(skill, cloud):
     top = learn(box_demonstration(SIZE, view="top"))
-    for taught, scan in ((top, cloud), (skill, box_cloud([0.45, 0.35, 0.25], seed=2, view="top"))):
-        solutions = run(taught, scan)
+    full_to_top = (skill, box_cloud([0.45, 0.35, 0.25], seed=2, view="top"))
+    for learnt, scan in ((top, cloud), full_to_top):
+        solutions = run(learnt, scan)
         assert np.linalg.norm(solutions[0].X_SG.p[0] - [0, 0, 0.125]) < 0.025
 
 
@@ -109,7 +110,7 @@ def test_same_seed_same_bytes_other_seed_other_solutions(skill, cloud):
 
 
 class NoVotes:
-    """Votes that say nothing: the same density everywhere."""
+    """Votes of the same density everywhere."""
 
     def log_density(self, X_NG):
         return np.zeros(np.shape(X_NG.p)[:-1])
@@ -174,7 +175,7 @@ def test_several_grippers_keep_their_layout():
     np.testing.assert_allclose(sides, expected, atol=0.06)
 
 
-def test_keeps_what_pictures_need(skill, cloud):
+def test_keeps_the_densities_for_pictures(skill, cloud):
     query = run(skill, cloud).query
     n = len(query.scan.features)
     assert query.log_query().shape == query.log_votes().shape == query.log_surface().shape == (n,)

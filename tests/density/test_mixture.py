@@ -1,4 +1,4 @@
-"""Sums of kernels against sums one by one, and what they take and refuse."""
+"""Sums of many kernels against sums one by one, weights, blocks, overflow and underflow."""
 
 import numpy as np
 import pytest

@@ -129,7 +129,7 @@ def test_equals_the_sum_of_its_kernels_anywhere(place):
     np.testing.assert_allclose(value, one_by_one(density, x, r), rtol=1e-9, atol=1e-8)
 
 
-def test_shapes_are_those_of_what_is_asked():
+def test_shapes_are_those_of_the_points():
     rng = np.random.default_rng(6)
     density = make(rng)
     x, r = density.sample(6, rng)
@@ -166,7 +166,7 @@ def test_samples_have_the_bandwidths_of_their_kernel():
     np.testing.assert_allclose(x.p.std(axis=0), 0.03, rtol=0.03)
     np.testing.assert_allclose(r.mean(axis=0), [0.7, -0.4], atol=6e-3)
     np.testing.assert_allclose(r.std(axis=0), 0.2, rtol=0.03)
-    # Of a rotation by the angle t the quaternions' product is cos(t / 2); per axis 0.1 rad, three axes.
+    # The dot product of quaternions at an angle t is cos(t / 2); three axes of 0.1 rad each.
     angle = 2.0 * np.arccos(np.clip(np.abs(x.q @ centre.q[0]), 0.0, 1.0))
     assert np.sqrt(np.mean(angle**2)) == pytest.approx(0.1 * np.sqrt(3.0), rel=0.03)
 

@@ -1,4 +1,4 @@
-"""H: what it is free of, what it punishes, and that its formation frame is the best one."""
+"""H: its invariances, its value against single kernels, and the best formation frame."""
 
 import numpy as np
 import pytest
@@ -101,7 +101,7 @@ def test_is_the_product_of_normalised_kernels_in_the_formation_frame(axial, vert
     assert model.log_density(X_NG, scale=1.4) == pytest.approx(expected, rel=1e-9)
 
 
-def test_raising_moves_grippers_and_their_quadrotors_alike():
+def test_other_heights_move_grippers_and_their_quadrotors_alike():
     model = make(np.random.default_rng(6))[1]
     high = model.with_heights(2.5, 0.7)
     np.testing.assert_allclose(high.X_FG.p, model.X_FG.p * [1.0, 1.0, 2.5], rtol=1e-12)
@@ -141,9 +141,9 @@ def test_demonstrated_formations_are_placed_turned_and_scaled():
         np.testing.assert_allclose(
             axis_of(at.q[k], 0), axis_of(model.X_FG.q, 0) @ turn.T, atol=1e-12
         )
-    # Found again where it was put.
-    found, angle = model.formation_frames(at)
-    np.testing.assert_allclose(found, origin, atol=1e-12)
+    # The fit returns the frames at which the grippers were placed.
+    fitted, angle = model.formation_frames(at)
+    np.testing.assert_allclose(fitted, origin, atol=1e-12)
     np.testing.assert_allclose(angle, yaw, atol=1e-9)
 
 

@@ -1,4 +1,4 @@
-"""Demonstration files: the shipped ones, what they may say, and what is refused in one line."""
+"""Demonstration files: the shipped ones, their keys, and errors of one line."""
 
 import re
 
@@ -58,8 +58,10 @@ def test_defaults_and_directions(tmp_path):
     text = BOX + (
         "label: mine\n"
         "grippers:\n"
-        "- {position: [0.1, 0, 0.14], axis: [0, 0, 2], cable_length: 0.7, cable_direction: [1, 0, 1]}\n"
-        "- {position: [-0.1, 0, 0.14], quaternion_wxyz: [1, 0, 0, 1], quadrotor: [-0.1, 0.3, 0.54]}\n"
+        "- {position: [0.1, 0, 0.14], axis: [0, 0, 2], cable_length: 0.7, "
+        "cable_direction: [1, 0, 1]}\n"
+        "- {position: [-0.1, 0, 0.14], quaternion_wxyz: [1, 0, 0, 1], "
+        "quadrotor: [-0.1, 0.3, 0.54]}\n"
     )
     demonstration = Demonstration.read(write(tmp_path, text))
     assert (demonstration.name, demonstration.label) == ("demonstration", "mine")

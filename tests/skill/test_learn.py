@@ -1,4 +1,4 @@
-"""Learning on a box: what the models hold, and that nothing depends on where the demonstration stood."""
+"""Learning on a box: the contents of the models, and invariance to the demonstration's pose."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What the surface near a gripper is drawn from."""
+"""The object model: which features near a gripper are drawn, how often, with which frames."""
 
 import numpy as np
 import pytest

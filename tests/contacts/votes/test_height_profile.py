@@ -1,4 +1,4 @@
-"""Objects of several levels: how heights enter a formation."""
+"""Height profiles of objects with several levels, and the heights of formations on them."""
 
 from dataclasses import replace
 from functools import cache
@@ -20,7 +20,7 @@ from tests.contacts.formations import FAST, SIZE, learnt_skill, transferred
 
 
 def two_levels(low, high, seed):
-    """A parcel of 68 x 68 cm on z = 0, its half at positive x `high` and the other `low` metres high."""
+    """Return a parcel of 68 x 68 cm on z = 0: `high` metres at positive x, else `low` metres."""
     rng = np.random.default_rng(seed)
     xy = rng.uniform(-0.34, 0.34, (9000, 2))
     top = np.column_stack([xy, np.where(xy[:, 0] > 0.0, high, low)])
@@ -38,12 +38,12 @@ def two_levels(low, high, seed):
 
 
 @cache
-def relief(low, high):
+def profile(low, high):
     return HeightProfile.of_points(two_levels(low, high, 0).points, 0.03)
 
 
 def test_height_of_levels_is_found_and_walls_do_not_count():
-    height = relief(0.2, 0.3).height
+    height = profile(0.2, 0.3).height
     np.testing.assert_allclose(np.unique(np.round(height, 2)), [-0.05, 0.05], atol=0.011)
     assert np.abs(HeightProfile.of_points(box_cloud(SIZE).points, 0.03).height).max() < 0.005
 
@@ -59,15 +59,15 @@ def test_a_sparse_scan_of_a_flat_box_is_flat():
     assert np.abs(HeightProfile.of_points(points * size, 0.03).height).max() < 0.01
 
 
-def test_levels_stretch_by_their_ratio_and_leave_no_spread():
-    stretch, spread = relief(0.2, 0.4).stretch_from(relief(0.2, 0.3), 1.0, 0.005)
+def test_levels_stretch_by_their_ratio_and_leave_no_residual():
+    stretch, residual = profile(0.2, 0.4).stretch_from(profile(0.2, 0.3), 1.0, 0.005)
     assert stretch == pytest.approx(2.0, rel=0.05)
-    assert spread < 0.01
-    # Levels that the taught object does not have cannot be foretold: half a step each way.
+    assert residual < 0.01
+    # The demonstrated object has no levels: the residual is half a step each way.
     flat = HeightProfile(np.zeros(49))
-    stretch, spread = relief(0.2, 0.4).stretch_from(flat, 1.3, 0.03)
+    stretch, residual = profile(0.2, 0.4).stretch_from(flat, 1.3, 0.03)
     assert stretch == pytest.approx(1.3)
-    assert spread == pytest.approx(0.1, abs=0.01)
+    assert residual == pytest.approx(0.1, abs=0.01)
 
 
 def test_a_flat_object_changes_nothing():
@@ -77,7 +77,7 @@ def test_a_flat_object_changes_nothing():
     np.testing.assert_allclose(used.cable_direction, learnt.cable_direction, atol=1e-9)
 
 
-def test_a_formation_taught_on_one_level_stands_upright_on_two():
+def test_a_formation_demonstrated_on_one_level_stands_upright_on_two():
     three = np.array([[0.22, 0.0, 0.14], [-0.14, 0.2, 0.14], [-0.14, -0.2, 0.14]])
     skill = learn(Demonstration.make(box_cloud(SIZE, seed=100), three, name="three"))
     best = transfer(skill, two_levels(0.28, 0.48, 1), parameters=FAST)[0]
@@ -122,6 +122,6 @@ def test_gradients_with_heights_of_another_weight():
         assert by_p[i, k] == pytest.approx(slope, rel=1e-5, abs=1e-4)
 
 
-def test_one_gripper_has_no_relief():
+def test_heights_of_the_object_do_not_affect_one_gripper():
     solutions = transfer(learn(box_demonstration(SIZE)), two_levels(0.2, 0.3, 2), parameters=FAST)
     assert solutions.query.likelihood.configuration.vertical == 1.0
