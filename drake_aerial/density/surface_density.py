@@ -17,7 +17,7 @@ from drake_aerial.density.mixture import (
     log_weighted_sums,
 )
 from drake_aerial.errors import InputError
-from drake_aerial.geometry import Array, Pose, quat_conjugate, quat_multiply
+from drake_aerial.geometry import Array, Pose
 
 
 @dataclass(frozen=True)
@@ -85,46 +85,6 @@ class SurfaceDensity:
         weights = np.concatenate([self.weights, self.weights])[:, None]
         sums = log_weighted_sums(points, coefficients, weights)[:, 0] + log_norm
         return sums.reshape(np.shape(pose.p)[:-1])
-
-    def log_density_and_gradient(
-        self, pose: Pose, descriptor: ArrayLike
-    ) -> tuple[Array, Array, Array, Array]:
-        """Return the log-density and its gradients at features.
-
-        Returns
-        -------
-        log_density : (...) array
-        position_gradient : (..., 3) array
-            [1/m].
-        rotation_gradient : (..., 3) array
-            With respect to the rotation vector w [1/rad] of the perturbed rotation exp(w) q.
-        descriptor_gradient : (..., 2) array
-        """
-        shape = np.shape(pose.p)[:-1]
-        points, coefficients, log_norm = self._lifted(pose, descriptor)
-        p, q = np.reshape(pose.p, (-1, 3)), np.reshape(pose.q, (-1, 4))
-        r = np.reshape(np.asarray(descriptor, float), (-1, 2))
-        both = np.hstack([self.pose.p, self.descriptor])
-        centres = np.hstack([np.vstack([both, both]), np.concatenate([self.pose.q, -self.pose.q])])
-        weights = np.concatenate([self.weights, self.weights])
-        value, mean = np.empty(len(p)), np.empty((len(p), 9))
-        for rows, e in exponent_blocks(points, coefficients):
-            with np.errstate(divide="ignore"):
-                e += np.log(weights)
-            top = exponentiate(e)
-            total = e.sum(axis=1, keepdims=True)
-            value[rows] = (np.log(total) + top)[:, 0] + log_norm
-            mean[rows] = e @ centres / total
-        kappa = kernels.rotation_concentration(self.bandwidth.rotation)
-        gradient_p = (mean[:, :3] - p) / self.bandwidth.position**2
-        gradient_r = (mean[:, 3:5] - r) / self.bandwidth.descriptor**2
-        gradient_q = 0.5 * kappa * quat_multiply(mean[:, 5:], quat_conjugate(q))[:, 1:]
-        return (
-            value.reshape(shape),
-            gradient_p.reshape(*shape, 3),
-            gradient_q.reshape(*shape, 3),
-            gradient_r.reshape(*shape, 2),
-        )
 
     def log_descriptor_density(self, descriptor: ArrayLike) -> Array:
         """Return the log of the marginal density of the descriptor r (..., 2), shape (...)."""
