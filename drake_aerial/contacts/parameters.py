@@ -1,4 +1,4 @@
-"""Parameters of `transfer` (docs/method.md)."""
+"""Parameters of a transfer, and the names of the methods (docs/method.md)."""
 
 from __future__ import annotations
 

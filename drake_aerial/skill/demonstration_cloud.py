@@ -15,18 +15,22 @@ from drake_aerial.io.strict_yaml import check_keys, number, numbers, shown
 
 _SOURCES = ("file", "mesh", "box")
 _VIEWS = ("full", "top", "partial")
-# A face lies within this distance of the box's top [m].
+# Distance from the highest point within which a point belongs to a box's top face [m].
 _TOP = 1e-6
 
 
 def read_cloud(values: Any, path: Path) -> PointCloud:
     """Return the cloud that the `cloud` entry of a demonstration file describes.
 
-    The entry has one source: `file` (a scan, relative to the demonstration file), `mesh` (a file, or the
-    name of a shipped mesh; `scale` multiplies it) or `box` (its three sizes [m], centred on the origin). A
-    mesh or box is seen in a `view`: `full`, `top` (the top face of a box alone) or `partial` (what a depth
-    camera at `viewpoint` sees). `noise` [m] is added with the seed `seed`. `up` is against gravity, z by
-    default; `viewpoint` orients normals.
+    The entry has one source:
+
+    - `file`: a scan, relative to the demonstration file;
+    - `mesh`: a mesh file, or the name of a shipped mesh; `scale` multiplies it;
+    - `box`: three sizes [m] of a box centred on the origin.
+
+    The `view` of a mesh or box is `full`, `top` (the top face of a box alone) or `partial` (the
+    view of a depth camera at `viewpoint`). Noise of standard deviation `noise` [m] is drawn with
+    the random seed `seed`. `up` points against gravity (default: z); `viewpoint` orients normals.
 
     Raises
     ------
@@ -39,7 +43,8 @@ def read_cloud(values: Any, path: Path) -> PointCloud:
     given = [source for source in _SOURCES if source in values]
     if len(given) != 1:
         raise InputError(
-            f"{where}: give exactly one of {', '.join(_SOURCES)}, got {', '.join(given) or 'none'}"
+            f"{where}: exactly one of {', '.join(_SOURCES)} must be given, "
+            f"got {', '.join(given) or 'none'}"
         )
     viewpoint = (
         numbers(values["viewpoint"], (3,), f"{where}: viewpoint") if "viewpoint" in values else None
@@ -50,12 +55,12 @@ def read_cloud(values: Any, path: Path) -> PointCloud:
     rng = np.random.default_rng(int(number(values.get("seed", 0), f"{where}: seed")))
     view = values.get("view", "full")
     if view not in _VIEWS:
-        raise InputError(f"{where}: view should be one of {', '.join(_VIEWS)}, got {shown(view)}")
+        raise InputError(f"{where}: `view` must be one of {', '.join(_VIEWS)}, got {shown(view)}")
 
     if given == ["file"]:
         if view != "full" or "scale" in values:
             raise InputError(
-                f"{where}: view and scale belong to a mesh or box; a file is taken as it is"
+                f"{where}: `view` and `scale` must be left out with `file`; they need a mesh or box"
             )
         cloud = PointCloud.read(
             path.parent / str(values["file"]), viewpoint=viewpoint, up=up, samples=samples
@@ -70,7 +75,8 @@ def read_cloud(values: Any, path: Path) -> PointCloud:
             if view == "top":
                 if given != ["box"]:
                     raise InputError(
-                        f"{where}: the view 'top' is the top face of a box; a mesh has none"
+                        f"{where}: `view` must be full or partial for a mesh, got top; "
+                        "only a box has a top face"
                     )
                 top = cloud.points[:, 2].max() - _TOP
                 cloud = cloud.cropped([-np.inf, -np.inf, top], [np.inf] * 3)
@@ -84,7 +90,7 @@ def _mesh(values: dict[str, Any], source: str, where: str, path: Path) -> Any:
         size = numbers(values["box"], (3,), f"{where}: box")
         if not np.all(size > 0.0):
             raise InputError(
-                f"{where}: box should be three positive sizes in metres, got {size.tolist()}"
+                f"{where}: `box` must be three positive sizes in metres, got {size.tolist()}"
             )
         mesh = trimesh.creation.box(extents=size)
     else:
@@ -92,7 +98,7 @@ def _mesh(values: dict[str, Any], source: str, where: str, path: Path) -> Any:
         mesh = trimesh.load(file, force="mesh")
     scale = number(values.get("scale", 1.0), f"{where}: scale")
     if not scale > 0.0:
-        raise InputError(f"{where}: scale should be positive, got {scale}")
+        raise InputError(f"{where}: `scale` must be positive, got {scale}")
     mesh.apply_scale(scale)
     return mesh
 
@@ -108,7 +114,9 @@ def _mesh_file(name: str, where: str, path: Path) -> Path:
         if file.suffix in (".obj", ".ply", ".stl")
     }
     if name not in shipped:
-        raise InputError(f"{where}: no mesh {name!r}; give a file or one of {', '.join(shipped)}")
+        raise InputError(
+            f"{where}: `mesh` must be a file or one of {', '.join(shipped)}, got {name!r}"
+        )
     return shipped[name]
 
 
@@ -121,7 +129,9 @@ def _partial(
     where: str,
 ) -> PointCloud:
     if viewpoint is None:
-        raise InputError(f"{where}: the view 'partial' needs a viewpoint [x, y, z] in metres")
+        raise InputError(
+            f"{where}: `viewpoint` must be [x, y, z] in metres for the partial view, got none"
+        )
     from drake_aerial.cloud.partial_views import partial_view
 
     return partial_view(mesh, viewpoint, noise=noise, rng=rng, up=up)

@@ -1,4 +1,4 @@
-"""What learning depends on, and the numbers that worked (docs/method.md)."""
+"""Parameters of learning (docs/method.md)."""
 
 from __future__ import annotations
 
@@ -28,8 +28,6 @@ class LearningParameters:
         The paper's N_O, N_C and N_T.
     configuration_sigma : float
         Bandwidth of gripper positions in the formation frame [m].
-    alpha : float
-        Decay of H with a quadrotor's squared distance from its demonstrated place [1/m^2].
     axial : bool
         Whether grippers are symmetric about their z axis, so that only it is compared.
     """
@@ -41,7 +39,6 @@ class LearningParameters:
     contact_kernels: int = 500
     task_features: int = 50
     configuration_sigma: float = 0.03
-    alpha: float = 1.0 / (2.0 * 0.1**2)
     axial: bool = True
 
     def __post_init__(self) -> None:
@@ -59,7 +56,7 @@ class LearningParameters:
 
     @classmethod
     def from_dict(cls, values: dict) -> LearningParameters:
-        """Return the parameters that `to_dict` gave."""
-        values = dict(values)
+        """Return the parameters that `to_dict` gave, or those of a skill file with `alpha`."""
+        values = {name: value for name, value in values.items() if name != "alpha"}
         features = FeatureParameters(**values.pop("features"))
         return cls(features=features, bandwidth=Bandwidth(**values.pop("bandwidth")), **values)

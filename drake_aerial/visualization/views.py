@@ -148,9 +148,9 @@ def skill_view(skill: ContactSkill) -> View:
 def contacts_view(solutions: ContactSolutions, cloud: PointCloud) -> View:
     """Return solutions on their scan; with the query density as heat where it is at hand."""
     legend = CONTACTS_LEGEND
-    if solutions.evidence is not None and solutions.evidence.likelihood is not None:
-        points = solutions.evidence.features_S.p
-        log = solutions.evidence.log_surface()
+    if solutions.query is not None:
+        points = solutions.query.scan.features_S.p
+        log = solutions.query.log_surface()
         colors = heat(np.exp(log - log.max()))
         legend = [*legend, *HEAT_LEGEND]
         note = "heat: how well the first gripper belongs there"
@@ -177,30 +177,30 @@ def write_contacts_page(out: str | Path, solutions: ContactSolutions, cloud: Poi
 def found_again(
     solutions: ContactSolutions, cloud: PointCloud, skill: ContactSkill | None = None
 ) -> ContactSolutions:
-    """Return solutions with the evidence that they were found from, asked again of the skill; without it where that is not at hand.
+    """Return solutions with the densities of their transfer, recomputed; without if the skill is not at hand.
 
     Raises
     ------
     InputError
         If a skill is given under which the solutions are not as likely as they say.
     """
-    from drake_aerial.contacts.recomputation import evidence_again
+    from drake_aerial.contacts.recomputation import recompute_query
     from drake_aerial.skill.demonstration import Demonstration
     from drake_aerial.skill.learn import learn
 
-    if solutions.evidence is not None or solutions.method == "centroid" or not solutions.solutions:
+    if solutions.query is not None or solutions.method == "centroid" or not solutions.solutions:
         return solutions
     used = skill
     if used is None:
         if solutions.skill not in model_files.names("demonstrations"):
             return solutions
         used = learn(Demonstration.read(solutions.skill), seed=0)
-    evidence = evidence_again(solutions, used, cloud, solutions.parameters)
-    if evidence is None and skill is not None:
+    query = recompute_query(solutions, used, cloud)
+    if query is None and skill is not None:
         raise InputError(
             f"skill {skill.label!r} is not what found these contacts: under it they are not as likely as they say"
         )
-    return replace(solutions, evidence=evidence)
+    return replace(solutions, query=query)
 
 
 def cloud_of(solutions: ContactSolutions, folder: Path) -> PointCloud:

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Two checkouts of the package on the same inputs: are contacts, flights and study records equal?
+"""Compare contacts, flights and study records of two checkouts of the package.
 
 Contacts of six scans by all methods, three flights (one quadrotor with each kind of cable, three
 quadrotors), and the records of a small study. Each checkout computes in a process of its own and
