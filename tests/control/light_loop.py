@@ -8,9 +8,10 @@ from pydrake.systems.primitives import ConstantValueSource, ZeroOrderHold
 from scipy.spatial.transform import Rotation
 
 from drake_aerial.control.attitude import AttitudeController
-from drake_aerial.dynamics.payload_model import PayloadState, integrate
+from drake_aerial.dynamics.payload_model import PayloadState
 from drake_aerial.geometry import cross, quat_from_matrix
 from tests.control.test_allocation import CROSS
+from tests.dynamics.integration import integrate
 
 QUADROTOR_INERTIA = np.diag([6e-4, 5e-4, 1e-3])
 

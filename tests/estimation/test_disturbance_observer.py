@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from drake_aerial.control.mpc.payload_mpc import PayloadMpc
-from drake_aerial.dynamics.payload_model import derivative, integrate
+from drake_aerial.dynamics.payload_model import derivative
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
 from drake_aerial.estimation.disturbance_observer import DisturbanceObserver
 from drake_aerial.estimation.observation import PositionFilter, observe
@@ -13,6 +13,7 @@ from drake_aerial.statics.gravity import GRAVITY
 from tests.control.light_loop import fly, hanging
 from tests.control.payload_cases import random_model, random_state
 from tests.control.ticks import port_values
+from tests.dynamics.integration import integrate
 
 INERTIA = np.diag([0.006, 0.0059, 0.0107])
 CENTRED = [[0.0, 0.0, 0.14]]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from drake_aerial.dynamics.linearization import DiscreteModel
+from drake_aerial.dynamics.discretization import DiscreteModel
 from drake_aerial.geometry import Array
 
 

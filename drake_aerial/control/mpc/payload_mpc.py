@@ -18,8 +18,9 @@ from drake_aerial.control.mpc.condensing import CondensedProblem
 from drake_aerial.control.mpc.field_of_view import view_penalty, view_violation
 from drake_aerial.control.mpc.horizon import STAGES, Horizon, normalized, pack, unpack
 from drake_aerial.control.mpc.tracking_error import deviation, deviation_jacobian, terminal_cost
+from drake_aerial.dynamics.discretization import change_chart, discretize, repeated
 from drake_aerial.dynamics.flatness import Reference, ReferenceTable, disturbed, reference_table
-from drake_aerial.dynamics.linearization import change_chart, discretize, linearize, repeated
+from drake_aerial.dynamics.linearization import linearize
 from drake_aerial.dynamics.payload_model import PayloadState, retract, tangent_basis
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
 from drake_aerial.errors import InputError

@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from drake_aerial.dynamics.discretization import discretize
 from drake_aerial.dynamics.flatness import Reference
-from drake_aerial.dynamics.linearization import discretize, linearize
+from drake_aerial.dynamics.linearization import linearize
 from drake_aerial.dynamics.payload_model import PayloadState, rotation_log
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
 from drake_aerial.geometry import IDENTITY, Array, skew, small_cross

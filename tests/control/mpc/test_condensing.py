@@ -1,7 +1,7 @@
 import numpy as np
 
 from drake_aerial.control.mpc.condensing import CondensedProblem
-from drake_aerial.dynamics.linearization import DiscreteModel
+from drake_aerial.dynamics.discretization import DiscreteModel
 
 
 def test_the_condensed_minimum_solves_the_full_kkt_system():

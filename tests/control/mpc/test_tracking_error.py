@@ -9,12 +9,14 @@ from drake_aerial.control.mpc.tracking_error import (
     hover_state,
     terminal_cost,
 )
+from drake_aerial.dynamics.discretization import discretize
 from drake_aerial.dynamics.flatness import ReferenceTable
-from drake_aerial.dynamics.linearization import discretize, linearize
-from drake_aerial.dynamics.payload_model import integrate, retract, tangent_basis
+from drake_aerial.dynamics.linearization import linearize
+from drake_aerial.dynamics.payload_model import retract, tangent_basis
 from drake_aerial.geometry import matrix_from_quat, quat_exp
 from drake_aerial.references.trajectory import HoverTrajectory
 from tests.control.payload_cases import random_input, random_model, random_state
+from tests.dynamics.integration import integrate
 
 
 def near(model, desired, size, seed=0, batch=1):
