@@ -26,7 +26,7 @@ from drake_aerial.control.controller_parameters import (
     MpcParameters,
 )
 from drake_aerial.control.geometric import GeometricController, GeometricGains
-from drake_aerial.control.mpc.payload_mpc import MpcWeights, PayloadMpc
+from drake_aerial.control.controller_parameters import MpcWeights, PayloadMpc
 from drake_aerial.density.surface_density import Bandwidth
 from drake_aerial.errors import InputError
 from drake_aerial.estimation.disturbance_observer import DisturbanceObserver

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,14 +25,12 @@ from drake_aerial.simulation.station_parameters import StationParameters
 
 THOUGHT = 0.2
 """Of a plant's step, what passes between a sample and the tick that reads it."""
-CONTROLLERS: dict[str, Callable[..., Any]] = {
+CONTROLLERS: dict[str, Callable[..., PayloadController]] = {
     "mpc": PayloadMpc,
-    "geometric_ff": lambda model, **options: GeometricController(
-        model, feedforward=True, **options
-    ),
-    "geometric": lambda model, **options: GeometricController(model, feedforward=False, **options),
+    "geometric_ff": GeometricController,
+    "geometric": GeometricController,
 }
-"""Constructors by name; each takes the believed `PayloadModelParameters`."""
+"""Classes by kind; each takes the believed `PayloadModelParameters` and its parameters."""
 
 
 @dataclass(frozen=True)
@@ -88,26 +86,26 @@ class FlightOptions:
             raise InputError(f"after_drop is {self.after_drop!r} s; 0 or more accepted")
 
     def make_controller(self, model: PayloadModelParameters) -> LeafSystem:
-        """Return a controller that believes in `model`.
+        """Return a controller that uses `model`.
 
-        Those of this package, and classes derived from `PayloadController`, are told when to tick and how noisy positions are.
+        The package's own controllers, and classes derived from `PayloadController`, also get the
+        control delay and a position filter for the station's noise.
         """
-        parameters = self.station_parameters
-        # A tick within the plant's step after a sample sees that sample, and what it commands acts from the next step on.
-        matched = {
-            "offset": THOUGHT * parameters.step,
-            "position_filter": PositionFilter(parameters.noise),
-        }
-        given = self.controller_options or {}
-        if isinstance(self.controller, ControllerParameters):
-            return CONTROLLERS[self.controller.kind](
-                model, **{**matched, **self.controller.options(), **given}
-            )
-        make = CONTROLLERS[self.controller] if isinstance(self.controller, str) else self.controller
-        ours = isinstance(self.controller, str) or (
-            isinstance(make, type) and issubclass(make, PayloadController)
-        )
-        return make(model, **{**matched, **given}) if ours else make(model, **given)
+        station, given = self.station_parameters, self.controller_options or {}
+        # A control step reads the sample before it; its command acts from the next plant step on.
+        offset, position_filter = THOUGHT * station.step, PositionFilter(station.noise)
+        parameters = self.controller_parameters
+        make: Any = self.controller if parameters is None else CONTROLLERS[parameters.kind]
+        default = getattr(make, "default_parameters", None)
+        if parameters is None and default is not None:
+            parameters = _changed(default, given)
+        if parameters is not None:
+            if parameters.position_filter is None:
+                parameters = replace(parameters, position_filter=position_filter)
+            return make(model, parameters, offset=given.get("offset", offset))
+        ours = isinstance(make, type) and issubclass(make, PayloadController)
+        matched = {"offset": offset, "position_filter": position_filter} if ours else {}
+        return make(model, **{**matched, **given})
 
     @property
     def controller_name(self) -> str:
@@ -128,14 +126,7 @@ class FlightOptions:
         )
         if not isinstance(parameters, ControllerParameters):
             return None
-        known = {f.name for f in fields(parameters)} - {"kind"}
-        given = {
-            key: value for key, value in (self.controller_options or {}).items() if key in known
-        }
-        # None stands for the constructor's own default.
-        return replace(
-            parameters, **{key: value for key, value in given.items() if value is not None}
-        )
+        return _changed(parameters, self.controller_options or {})
 
     @classmethod
     def merged(cls, options: FlightOptions | None, changes: dict[str, Any]) -> FlightOptions:
@@ -151,3 +142,14 @@ class FlightOptions:
         elif self.cable is not None:
             parameters = parameters.with_cable_kind(self.cable)
         return parameters if self.noise is None else replace(parameters, noise=self.noise)
+
+
+def _changed(parameters: ControllerParameters, options: dict[str, Any]) -> ControllerParameters:
+    """Return parameters changed by options; None means the default, `offset` is no parameter."""
+    default = DEFAULTS[parameters.kind]
+    changes = {
+        name: getattr(default, name) if value is None else value
+        for name, value in options.items()
+        if name != "offset"
+    }
+    return replace(parameters, **changes)

@@ -133,8 +133,8 @@ def fly(
 ):
     """Simulate; return the log as arrays, with the reference's position beside the payload's.
 
-    Without a `sensor_period` the controller reads the exact state of the moment. The attitude loop's commands are new at every step, or
-    held for the time `hold`.
+    Without a `sensor_period` the controller reads the exact state. The attitude loop's commands are
+    new at every step, or held for the time `hold`.
     """
     n = truth.n
     propellers = propellers or [CROSS] * n
@@ -161,9 +161,8 @@ def fly(
     )
     commands = attitude.GetOutputPort("propeller_commands")
     if hold is not None:
-        held = builder.AddSystem(
-            ZeroOrderHold(hold, 4 * n, step)
-        )  # a step after the controller's tick at 0
+        # One step after the control step at 0.
+        held = builder.AddSystem(ZeroOrderHold(hold, 4 * n, step))
         builder.Connect(commands, held.get_input_port())
         commands = held.get_output_port()
     builder.Connect(commands, plant.GetInputPort("commands"))

@@ -9,7 +9,7 @@ from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 
 from drake_aerial import geometry
 from drake_aerial.errors import InputError
-from drake_aerial.estimation.state_sensor import PayloadPerception
+from drake_aerial.estimation.state_sensor import StateSensor
 from drake_aerial.plant.cable_geometry import contact_offsets
 from drake_aerial.plant.payload import Payload
 from drake_aerial.plant.payload_body import add_payload
@@ -36,7 +36,7 @@ QUADROTORS[[13, 14, 15, 16]] = [1, 0, 0, 0]
 
 def sampled(seed=0, duration=1.0, period=0.001, **options):
     builder = DiagramBuilder()
-    sensor = builder.AddSystem(PayloadPerception(P_LC, **options))
+    sensor = builder.AddSystem(StateSensor(P_LC, **options))
     for name, value in (("payload_state", PAYLOAD), ("quadrotor_states", QUADROTORS)):
         source = builder.AddSystem(ConstantVectorSource(value))
         builder.Connect(source.get_output_port(), sensor.GetInputPort(name))
@@ -109,7 +109,7 @@ def test_inferred_directions_carry_the_positions_noise():
 @pytest.mark.parametrize("bad", [{"noise": -0.1}, {"noise": np.nan}, {"period": 0.0}])
 def test_bad_parameters_are_refused(bad):
     with pytest.raises(InputError, match=next(iter(bad))):
-        PayloadPerception(P_LC, **bad)
+        StateSensor(P_LC, **bad)
 
 
 @pytest.mark.parametrize("dt", [0.002, 0.01])
@@ -121,7 +121,7 @@ def test_sampled_velocities_are_those_of_the_samples_moment(dt):
     quadrotor = add_quadrotor(plant)
     plant.Finalize()
     instances = (body.model_instance(), quadrotor.model_instance)
-    sensor = builder.AddSystem(PayloadPerception([[0.0, 0.0, 0.05]], noise=0.0, time_step=dt))
+    sensor = builder.AddSystem(StateSensor([[0.0, 0.0, 0.05]], noise=0.0, time_step=dt))
     for of, instance in zip(("payload", "quadrotor"), instances, strict=True):
         many = "s" if of == "quadrotor" else ""
         builder.Connect(

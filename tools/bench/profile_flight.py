@@ -31,7 +31,7 @@ import drake_aerial.control.controller as controller
 import drake_aerial.control.mpc.payload_mpc as mpc
 import drake_aerial.simulation.flight as flight
 from drake_aerial.control.attitude import AttitudeController
-from drake_aerial.estimation.state_sensor import PayloadPerception
+from drake_aerial.estimation.state_sensor import StateSensor
 from drake_aerial.plant.cable import add_cable
 from drake_aerial.plant.cable_forces import CableTensions, GripperRelease
 from drake_aerial.plant.gripper import add_gripper
@@ -61,7 +61,7 @@ PARTS: list[tuple[str, Any, str]] = [
     ("prepare: place, reference, monitor", FlightMonitor, "__init__"),
     (DRAKE, flight.Simulator, "AdvanceTo"),
     ("attitude and allocation", AttitudeController, "_calc_commands"),
-    ("perception", PayloadPerception, "_sample"),
+    ("perception", StateSensor, "_sample"),
     ("tensions", CableTensions, "_calc"),
     ("monitor: release of grippers", GripperRelease, "__call__"),
     ("monitor: outcome", FlightMonitor, "__call__"),
