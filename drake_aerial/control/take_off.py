@@ -148,7 +148,7 @@ class TakeOff:
         return TakeOffMemory(phase, t, p_WC)
 
     def swing_height(self, model: PayloadModelParameters) -> float:
-        """Return the rise of a single contact at which the payload swings free of the ground [m]."""
+        """Return the rise of a single contact at which the payload swings free [m]."""
         if model.n > 1:
             return 0.0
         arm = model.arms[0]
@@ -201,7 +201,7 @@ class TakeOff:
         return error * np.minimum(1.0, self.max_error / np.maximum(size, 1e-9))
 
     def weight_share(self, model: PayloadModelParameters) -> Array:
-        """Return the vertical force (n,) [N] of each cable on the payload at rest, none negative."""
+        """Return the vertical force (n,) [N] of each cable on the payload at rest, at least 0."""
         if model.n == 1:
             return np.array([model.mass * GRAVITY])
         wrench = np.array([0.0, 0.0, model.mass * GRAVITY, 0.0, 0.0, 0.0])

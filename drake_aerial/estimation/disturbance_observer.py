@@ -170,8 +170,8 @@ class DisturbanceObserver(NamedTuple):
         thrust: Array,
         dt: float,
     ) -> Array:
-        """Return the forces and the moment (6 + 3 n,) that explain the last change of velocities."""
-        n, m = model.n, model.quadrotor_mass[:, None]
+        """Return the forces and the moment (6 + 3 n,) behind the last change of velocities."""
+        m = model.quadrotor_mass[:, None]
         before, mean = memory.quadrotors, 0.5 * (memory.quadrotors + quadrotors)
         _, xi, eta, z = mean
         xi = xi / np.sqrt((xi * xi).sum(-1, keepdims=True))

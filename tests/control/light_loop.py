@@ -1,4 +1,4 @@
-"""A light closed loop: payload model, rigid quadrotor attitudes, a 50 Hz sensor, and any controller."""
+"""A light closed loop: payload model, rigid attitudes, a 50 Hz sensor, and any controller."""
 
 import numpy as np
 from pydrake.common.value import AbstractValue
@@ -17,7 +17,7 @@ QUADROTOR_INERTIA = np.diag([6e-4, 5e-4, 1e-3])
 
 
 class LightPlant(LeafSystem):
-    """Discrete plant: quadrotors as rigid bodies in attitude, as the model's point masses in position."""
+    """Discrete plant: the payload model, with the attitudes of rigid quadrotors."""
 
     def __init__(self, model, x, propellers, step):
         super().__init__()
@@ -26,7 +26,7 @@ class LightPlant(LeafSystem):
         self.x, self.R_WQ, self.W_Q = x, np.tile(np.eye(3), (n, 1, 1)), np.zeros((n, 3))
         self.log = {"t": [], "p": [], "v": [], "R": [], "T": [], "x": []}
         self.DeclareVectorInputPort("commands", 4 * n)
-        # The plant's state is kept beside the context: this one is for a single simulation in a test.
+        # The plant's state is not in the context: this plant is for a single simulation.
         self.DeclareDiscreteState(1)
         self.DeclarePeriodicDiscreteUpdateEvent(step, 0.0, self._advance)
         for name, size in (

@@ -78,7 +78,7 @@ def test_the_cable_obeys_the_second_order_law_it_is_given():
     e_xi = np.cross([0.0, 0.0, -1.0], xi)
     promised = -np.array(GAINS.direction) * e_xi - np.array(GAINS.direction_rate) * w
     promised -= xi * (xi @ promised)
-    # The law feeds the desired contact acceleration forward; the tilted cable changes the actual one.
+    # The law feeds the desired contact acceleration forward; the actual one differs.
     contact = d.a[0] + [0, 0, GRAVITY] + x.R[0] @ np.cross(d.dW[0], model.arms[0])
     missing = np.cross(xi, contact - [0, 0, GRAVITY]) / model.cable_length[0]
     np.testing.assert_allclose(d.dw[0, 0], promised + missing, atol=1e-9)
@@ -121,7 +121,8 @@ def test_feed_forward_of_the_cable_rate_pays_on_a_circle(contacts):
 def test_the_published_law_has_the_errors_of_two_independent_simulators():
     """Three quadrotors, exact state, forces and moments held at 100 Hz.
 
-    A circle at constant rate from rest, then the stop: RMSE 0.137 m over the twelve seconds; the peak, 0.480 m, is the overshoot after the stop.
+    A circle at constant rate from rest, then the stop: RMSE 0.137 m over the twelve seconds; the
+    peak, 0.480 m, is the overshoot after the stop.
     """
     model = PayloadModelParameters(0.25, INERTIA, THREE)
     circle = TransportTrajectory.airborne(start=(1.0, 0.0, 1.0), timing="constant", hover_time=2.0)

@@ -96,7 +96,7 @@ def test_tension_is_taken_over_in_a_ramp():
 
 
 def test_a_slack_cable_is_tightened_at_a_bounded_speed():
-    """Point quadrotors under the tightening law reach the end of their cables from far, and stop there."""
+    """Point quadrotors under the tightening law reach the end of their cables and stop there."""
     model, take_off = random_model(3), TakeOff()
     gap = model.cable_length - [0.05, 0.3, 0.02]
     observation, fastest, h = above(model, gap), 0.0, 0.01

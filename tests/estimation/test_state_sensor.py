@@ -114,7 +114,7 @@ def test_bad_parameters_are_refused(bad):
 
 @pytest.mark.parametrize("dt", [0.002, 0.01])
 def test_sampled_velocities_are_those_of_the_samples_moment(dt):
-    """A payload thrown in free fall: a semi-implicit plant's own velocities are half a step behind its positions."""
+    """Free fall: a semi-implicit plant's own velocities are half a step behind its positions."""
     builder = DiagramBuilder()
     plant, _ = add_plant(builder, dt)
     body = add_payload(plant, Payload.from_box([0.3, 0.2, 0.1], 0.5)).body
@@ -145,14 +145,14 @@ def test_sampled_velocities_are_those_of_the_samples_moment(dt):
     for one, height in ((body, 50.0), (quadrotor.body, 52.0)):
         plant.SetFreeBodyPose(own, one, RigidTransform([0.0, 0.0, height]))
     simulator.AdvanceTo(1.0)
-    plain, *seen = (log.FindLog(simulator.get_context()) for log in logs)
+    plain, *samples = (log.FindLog(simulator.get_context()) for log in logs)
     t = plain.sample_times()[5:-1]
-    # The parabola through the plant's own positions; a sample is logged one period after it was taken.
+    # A parabola through the plant's positions; a sample is logged one period after it was taken.
     z = np.polynomial.Polynomial.fit(t, plain.data()[6, 5:-1], 2)
     assert plain.data()[12, 5:-1] - z.deriv()(t) == pytest.approx(
         np.full(len(t), 0.5 * 9.81 * dt), rel=1e-6
     )
-    for log in seen:
+    for log in samples:
         assert log.data()[12, 6:] == pytest.approx(z.deriv()(t), abs=1e-9)
 
 
@@ -164,5 +164,5 @@ def test_tracking_does_not_depend_on_the_plants_step():
         parameters = StationParameters(time_step=dt, noise=0.0)
         flight = Flight(box, belief="true", trajectory=turn, parameters=parameters)
         errors.append(flight.run(seed=3).metrics["circle_position_rmse_m"])
-    # Before samples' velocities were those of their moment, five times the step cost millimetres.
+    # With velocities half a step old, a step of five times the length cost millimetres.
     assert np.ptp(errors) < 2e-4

@@ -57,7 +57,7 @@ def test_on_the_reference_there_is_no_deviation(n):
 
 
 def test_the_terminal_cost_is_the_cost_of_the_feedback_it_implies():
-    """Roll the nonlinear model out under the gain that P implies: the summed cost is e' P e, nearly."""
+    """Roll out the nonlinear model under the gain of P: the summed cost is nearly e' P e."""
     model = random_model(3, seed=7)
     desired = ReferenceTable(model, HoverTrajectory(start=(0.0, 0.0, 0.0))).at([0.0])
     h, nx, nu = 0.05, 33, 9
