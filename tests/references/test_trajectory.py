@@ -123,7 +123,7 @@ def test_a_file_is_read_strictly(tmp_path):
         assert "\n" not in str(caught.value)
         assert str(path) in str(caught.value)
     with pytest.raises(InputError, match="transport, hover, line, waypoints"):
-        read_trajectory("circle")
+        read_trajectory("spiral")
 
 
 def test_no_step_in_jerk_or_snap_where_legs_meet_but_for_the_circles_own_quintic():
