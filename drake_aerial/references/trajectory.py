@@ -121,16 +121,14 @@ class Trajectory:
         InputError
             If there is none; the message lists the names.
         """
-        for phase in self.phases:
-            if phase.name == name:
-                return phase
-        names = ", ".join(p.name for p in self.phases)
-        raise InputError(f"`phase` must be one of {names}, got {name!r}")
+        phases = {phase.name: phase for phase in reversed(self.phases)}
+        if name not in phases:
+            raise InputError(f"`name` must be one of {', '.join(reversed(phases))}, got {name!r}")
+        return phases[name]
 
     def starting_at(self, p_WL: ArrayLike) -> Self:
         """Return the trajectory moved so that it starts at p_WL (3,) [m]."""
-        p = np.asarray(p_WL, float).ravel()
-        return replace(self, start=(float(p[0]), float(p[1]), float(p[2])))
+        return replace(self, start=point("p_WL", np.ravel(p_WL)))
 
     def sample(self, t: ArrayLike) -> TrajectorySample:
         """Return the reference at times t (...) [s]; before 0 it rests at the start."""
@@ -145,12 +143,11 @@ class Trajectory:
                 stack[:, inside] = segment.derivatives(flat[inside] - begin)
             begin += segment.duration
         after = flat >= begin
-        if self.segments and after.any():
-            stack[:, after] = 0.0
+        if self.segments:
             stack[0, after] = self.segments[-1].end
         stack = stack.reshape(5, *t.shape, 3)
         q = np.broadcast_to([np.cos(self.yaw / 2), 0.0, 0.0, np.sin(self.yaw / 2)], (*t.shape, 4))
-        return TrajectorySample(stack[0], stack[1], stack[2], stack[3], stack[4], q)
+        return TrajectorySample._make([*stack, q])
 
 
 @dataclass(frozen=True)
@@ -168,6 +165,7 @@ class HoverTrajectory(Trajectory):
     name = "hover"
 
     def segment_chain(self) -> list[Segment]:
+        """Return take-off and hover."""
         chain, here = take_off(self.start, self.ground_time, self.lift_time, self.lift_height)
         return [*chain, rest("hover", self.hover_time, here)]
 
@@ -187,6 +185,7 @@ class LineTrajectory(Trajectory):
     name = "line"
 
     def segment_chain(self) -> list[Segment]:
+        """Return take-off, line and hover."""
         chain, a = take_off(self.start, self.ground_time, self.lift_time, self.lift_height)
         b = a + point("displacement", self.displacement)
         duration = number("line_time", self.line_time, low=1e-3)
@@ -222,6 +221,7 @@ class WaypointTrajectory(Trajectory):
         super().__post_init__()
 
     def segment_chain(self) -> list[Segment]:
+        """Return take-off, legs and hover."""
         chain, base = take_off(self.start, self.ground_time, self.lift_time, self.lift_height)
         here, times = base, self.leg_times
         if not isinstance(times, tuple):
@@ -284,6 +284,7 @@ class TransportTrajectory(Trajectory):
         return cls(**{"ground_time": 0.0, "lift_time": 0.0, "approach_time": 0.0, **keywords})
 
     def segment_chain(self) -> list[Segment]:
+        """Return take-off, approach, circle and hover."""
         chain, here = take_off(self.start, self.ground_time, self.lift_time, self.lift_height)
         if number("approach_time", self.approach_time) > 0.0:
             there = here + point("approach", self.approach)
