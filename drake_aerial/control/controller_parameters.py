@@ -1,17 +1,64 @@
-"""Everything about a controller but what it believes: its kind, its options and its weights or gains."""
+"""Configuration of the flight controllers: kind, options, weights or gains; not the model."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
-from typing import Any, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
-from drake_aerial.control.geometric import GeometricGains
+import numpy as np
+
 from drake_aerial.control.mpc.horizon import STAGES
-from drake_aerial.control.mpc.payload_mpc import MpcWeights
 from drake_aerial.control.take_off import TakeOff
+from drake_aerial.errors import InputError
 from drake_aerial.estimation.disturbance_observer import DisturbanceObserver
 from drake_aerial.estimation.observation import PositionFilter
+
+Gain = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class MpcWeights:
+    """Weights per second of horizon on squared deviations, and on squared deviations of the commanded thrusts.
+
+    Attributes
+    ----------
+    position, velocity : float
+        Of the tracked point [1/m^2, s^2/m^2].
+    attitude, rate : float
+        Of the payload under several cables [1/rad^2, s^2/rad^2].
+    swing, swing_rate : float
+        The same of the payload's tilt under one cable. It is not actuated but swings, and a large weight on it
+        makes a flight with a wrong belief of the centre of mass unstable.
+    direction, direction_rate : float
+        Of the cables [1/rad^2, s^2/rad^2].
+    thrust : float
+        Of the thrusts [1/N^2].
+    input : float
+        Of the commanded thrusts [1/N^2].
+    view : float
+        Of the cosine by which the payload is out of a camera's view, where a field of view is given.
+    """
+
+    position: float = 100.0
+    velocity: float = 10.0
+    attitude: float = 2.0
+    rate: float = 0.5
+    swing: float = 0.2
+    swing_rate: float = 0.3
+    direction: float = 2.0
+    direction_rate: float = 0.5
+    thrust: float = 0.0
+    input: float = 1.0
+    view: float = 2e4
+
+    def __post_init__(self) -> None:
+        for weight in fields(self):
+            value = getattr(self, weight.name)
+            if not (np.isfinite(value) and value >= 0.0):
+                raise InputError(f"the MPC's weight {weight.name} is {value!r}; 0 or more accepted")
+        if self.input == 0.0:
+            raise InputError("the MPC's weight input is 0; a positive number accepted")
 
 
 @dataclass(frozen=True)
@@ -50,9 +97,27 @@ class MpcParameters:
     position_filter: PositionFilter | None = None
     """Of the measured payload position; None: matched to the station's noise."""
 
-    def options(self) -> dict[str, Any]:
-        """Return the keywords of `PayloadMpc`."""
-        return _options(self)
+
+@dataclass(frozen=True)
+class GeometricGains:
+    """The payload's rows of the paper's table, and its rows for the cable's direction; along x, y, z.
+
+    Attributes
+    ----------
+    position, velocity : (3,)
+        Of the payload [1/s^2, 1/s].
+    rotation, rate : (3,)
+        Of the payload's attitude [N m, N m s].
+    direction, direction_rate : (3,)
+        Of the cables' directions [1/s^2, 1/s], scaled by m l.
+    """
+
+    position: Gain = (1.45, 1.45, 3.0)
+    velocity: Gain = (3.7, 3.2, 2.5)
+    rotation: Gain = (0.5, 0.5, 0.02)
+    rate: Gain = (0.16, 0.16, 0.04)
+    direction: Gain = (16.0, 16.0, 16.0)
+    direction_rate: Gain = (6.7, 6.7, 3.1)
 
 
 @dataclass(frozen=True)
@@ -77,22 +142,9 @@ class GeometricParameters:
     position_filter: PositionFilter | None = None
     """Of the measured payload position; None: matched to the station's noise."""
 
-    def options(self) -> dict[str, Any]:
-        """Return the keywords of `GeometricController`, but for `feedforward`, which the kind says."""
-        return _options(self)
-
 
 ControllerParameters: TypeAlias = MpcParameters | GeometricParameters
 """One of the two, told apart by `kind`."""
-
-
-def _options(parameters: ControllerParameters) -> dict[str, Any]:
-    given = {f.name: getattr(parameters, f.name) for f in fields(parameters) if f.name != "kind"}
-    return {
-        name: value
-        for name, value in given.items()
-        if name != "position_filter" or value is not None
-    }
 
 
 CONTROLLERS: dict[str, ControllerParameters] = {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,12 @@ from drake_aerial.simulation.station_parameters import StationParameters
 
 CONTROL_DELAY_FRACTION = 0.2
 """Delay from a sample to the control step that reads it, as a fraction of the plant's time step."""
+_CLASSES: dict[str, Callable[..., PayloadController]] = {
+    "mpc": PayloadMpc,
+    "geometric_ff": GeometricController,
+    "geometric": GeometricController,
+}
+"""Classes by kind; each takes the believed `PayloadModelParameters` and its parameters."""
 
 
 @dataclass(frozen=True)
@@ -88,23 +94,24 @@ class FlightOptions:
         The package's own controllers, and classes derived from `PayloadController`, also get the
         control delay and a position filter for the station's noise.
         """
-        parameters = self.station_parameters
+        station, given = self.station_parameters, self.controller_options or {}
         # A control step reads the sample before it; its command acts from the next plant step on.
-        matched: dict[str, Any] = {
-            "offset": CONTROL_DELAY_FRACTION * parameters.step,
-            "position_filter": PositionFilter(parameters.noise),
-        }
-        given = self.controller_options or {}
-        make, kind = self.controller, self.controller_name
-        if isinstance(make, ControllerParameters):
-            matched |= make.options()
-        elif callable(make):
-            ours = isinstance(make, type) and issubclass(make, PayloadController)
-            return make(model, **{**(matched if ours else {}), **given})
-        if kind == "mpc":
-            return PayloadMpc(model, **{**matched, **given})
-        feedforward = kind == "geometric_ff"
-        return GeometricController(model, feedforward=feedforward, **{**matched, **given})
+        offset, position_filter = (
+            CONTROL_DELAY_FRACTION * station.step,
+            PositionFilter(station.noise),
+        )
+        parameters = self.controller_parameters
+        make: Any = self.controller if parameters is None else _CLASSES[parameters.kind]
+        default = getattr(make, "default_parameters", None)
+        if parameters is None and default is not None:
+            parameters = _changed(default, given)
+        if parameters is not None:
+            if parameters.position_filter is None:
+                parameters = replace(parameters, position_filter=position_filter)
+            return make(model, parameters, offset=given.get("offset", offset))
+        ours = isinstance(make, type) and issubclass(make, PayloadController)
+        matched = {"offset": offset, "position_filter": position_filter} if ours else {}
+        return make(model, **{**matched, **given})
 
     @property
     def controller_name(self) -> str:
@@ -125,14 +132,7 @@ class FlightOptions:
         )
         if not isinstance(parameters, ControllerParameters):
             return None
-        known = {f.name for f in fields(parameters)} - {"kind"}
-        given = {
-            key: value for key, value in (self.controller_options or {}).items() if key in known
-        }
-        # None stands for the constructor's own default.
-        return replace(
-            parameters, **{key: value for key, value in given.items() if value is not None}
-        )
+        return _changed(parameters, self.controller_options or {})
 
     @property
     def station_parameters(self) -> StationParameters:
@@ -143,3 +143,14 @@ class FlightOptions:
         elif self.cable is not None:
             parameters = parameters.with_cable_kind(self.cable)
         return parameters if self.noise is None else replace(parameters, noise=self.noise)
+
+
+def _changed(parameters: ControllerParameters, options: dict[str, Any]) -> ControllerParameters:
+    """Return parameters changed by options; None means the default, `offset` is no parameter."""
+    default = DEFAULTS[parameters.kind]
+    changes = {
+        name: getattr(default, name) if value is None else value
+        for name, value in options.items()
+        if name != "offset"
+    }
+    return replace(parameters, **changes)

@@ -110,11 +110,11 @@ def test_a_file_is_read_strictly(tmp_path):
         ("radius: 1\n", "no kind"),
         ("- 1\n", "mapping"),
         ("kind: transport\ntiming: cubic\n", "quintic"),
-        ("kind: transport\nradius: wide\n", "radius must be a number"),
+        ("kind: transport\nradius: wide\n", "`radius` must be a number"),
         ("kind: line\ndisplacement: [1, 2]\n", "three finite numbers"),
-        ("kind: hover\nhover_time: -1\n", "hover_time"),
+        ("kind: hover\nhover_time: -1\n", r"`hover_time` must be in \[0, inf\)"),
         ("kind: waypoints\nwaypoints: []\n", "waypoints"),
-        ("kind: waypoints\nleg_times: [1, 2]\n", "leg_times has 2 entries for 3"),
+        ("kind: waypoints\nleg_times: [1, 2]\n", "`leg_times` must be one number or 3"),
         ("kind: [\n", "YAML"),
     ]:
         path.write_text(text)

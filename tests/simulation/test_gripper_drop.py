@@ -125,9 +125,9 @@ def test_a_drop_before_the_payload_is_up_leaves_it_on_the_ground(box, quick, con
     assert s["tension"][-50:].max() < 0.2
 
 
-def test_a_custom_law_that_knows_no_smaller_team_goes_on(box):
+def test_a_law_without_a_smaller_team_goes_on(box):
     class Own(GeometricController):
-        def _reduced(self, model):
+        def for_smaller_team(self, model):
             return None
 
     result = rise(box, "inextensible", Own, after_drop=1.0)

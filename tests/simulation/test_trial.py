@@ -156,7 +156,7 @@ def test_a_controller_that_fails_does_not_kill_the_process(hang, quick):
     def fail(*_):
         raise np.linalg.LinAlgError("singular matrix")
 
-    flight.station.controller._fly = fail
+    flight.station.controller.compute_thrusts = fail
     result = flight.run()
     assert (result.outcome, result.metrics["outcome_reason"]) == ("diverged", "singular matrix")
     assert result.series["time"][-1] > 1.0

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from drake_aerial.choices import METHODS
 from drake_aerial.cli.transfer import METHODS as METHODS_OF_THE_COMMAND
 from drake_aerial.cloud.point_cloud import PointCloud
-from drake_aerial.contacts.parameters import METHODS, TransferParameters
+from drake_aerial.contacts.parameters import TransferParameters
 from drake_aerial.contacts.votes.hull_votes import HullVotes
 from drake_aerial.contacts.votes.scan_cuts import ScanCuts
 from drake_aerial.errors import JobError
