@@ -15,7 +15,7 @@ from drake_aerial.contacts.parameters import TransferParameters
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, Pose
 from drake_aerial.io.files import write_text
-from drake_aerial.io.strict_yaml import shown
+from drake_aerial.io.strict_yaml import read_json, shown
 from drake_aerial.io.typed_yaml.reading import record_from_mapping
 from drake_aerial.io.typed_yaml.writing import record_to_mapping
 
@@ -196,15 +196,8 @@ class ContactSolutions:
         InputError
             If the file is missing, is not JSON, has another schema or version, or is incomplete.
         """
-        try:
-            values = json.loads(Path(path).read_text(encoding="utf-8"))
-        except OSError as error:
-            raise InputError(
-                f"cannot read contacts from {path}: {error.strerror or error}"
-            ) from error
-        except (ValueError, RecursionError) as error:
-            raise InputError(f"{path} is not JSON: {error}") from error
-        schema = values.get("schema") if isinstance(values, dict) else None
+        values = read_json(path)
+        schema = values.get("schema")
         if schema != SCHEMA:
             raise InputError(f"{path} has the schema {shown(schema)}; contacts have {SCHEMA!r}")
         if values.get("version") != VERSION:

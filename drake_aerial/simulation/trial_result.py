@@ -14,7 +14,7 @@ from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
 from drake_aerial.io.archives import load_archive
 from drake_aerial.io.files import replacing, write_text
-from drake_aerial.io.strict_yaml import shown
+from drake_aerial.io.strict_yaml import mapping_from_json, shown
 
 SCHEMA = "drake_aerial/trial"
 VERSION = 1
@@ -103,7 +103,7 @@ class TrialResult:
         path = path / SERIES_FILE if os.path.isdir(path) else path
         data = load_archive(path, "a trial")
         try:
-            metrics = json.loads(str(data["metrics"]))
+            metrics = mapping_from_json(str(data["metrics"]), f"{path}: metrics")
             found = (metrics.get("schema"), metrics.get("version"))
             if found != (SCHEMA, VERSION):
                 raise InputError(

@@ -16,7 +16,7 @@ from drake_aerial.features.surface_features import SurfaceFeatures
 from drake_aerial.geometry import Array, Pose
 from drake_aerial.io.archives import load_archive
 from drake_aerial.io.files import write_bytes
-from drake_aerial.io.strict_yaml import shown
+from drake_aerial.io.strict_yaml import mapping_from_json, shown
 from drake_aerial.skill.configuration_model import ConfigurationModel
 from drake_aerial.skill.contact_model import ContactModel
 from drake_aerial.skill.object_model import ObjectModel
@@ -185,7 +185,7 @@ class ContactSkill:
 
     @classmethod
     def _from_arrays(cls, arrays: dict[str, np.ndarray]) -> ContactSkill:
-        metadata = json.loads(str(arrays["metadata"]))
+        metadata = mapping_from_json(str(arrays["metadata"]), "metadata")
         parameters = LearningParameters.from_dict(metadata["parameters"])
         rho, edge_saliency = metadata["rho"], metadata["edge_saliency"]
 

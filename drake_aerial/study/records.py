@@ -16,6 +16,7 @@ import yaml
 from drake_aerial._version import __version__
 from drake_aerial.errors import InputError
 from drake_aerial.io.files import replacing, write_text
+from drake_aerial.io.strict_yaml import mapping_from_json, read_json, read_mapping
 from drake_aerial.study.plan import StudyPlan
 from drake_aerial.study.trials import SCHEMA, VERSION, FlownTrial, Record
 
@@ -60,10 +61,10 @@ def read_records(folder: str | Path) -> tuple[list[Record], list[str]]:
 
 def _record(line: bytes) -> tuple[Record | None, str]:
     try:
-        values = json.loads(line)
-    except ValueError:
+        values = mapping_from_json(line, "the line")
+    except InputError:
         return None, "is damaged or cut short"
-    if not isinstance(values, dict) or (values.get("schema"), values.get("version")) != (
+    if (values.get("schema"), values.get("version")) != (
         SCHEMA,
         VERSION,
     ):
@@ -123,11 +124,7 @@ class StudyFolder:
                 )
             write_text(path, yaml.safe_dump(ours, sort_keys=False, width=120))
             return
-        try:
-            theirs = yaml.safe_load(path.read_text(encoding="utf-8"))
-        except (OSError, ValueError, yaml.YAMLError) as error:
-            raise InputError(f"cannot read {path}: {' '.join(str(error).split())}") from error
-        difference = _difference(theirs, ours, "")
+        difference = _difference(read_mapping(path), ours, "")
         if difference is not None:
             raise InputError(
                 f"{self.path} holds another study: {difference}; give another folder (--out), or the same plan"
@@ -185,9 +182,9 @@ class StudyFolder:
         """Add what transfers took, and a session's time, to timing.json."""
         path = self.path / TIMING
         try:
-            known = json.loads(path.read_text(encoding="utf-8"))
+            known = read_json(path)
             known = {"transfers": dict(known["transfers"]), "sessions": list(known["sessions"])}
-        except (OSError, ValueError, KeyError, TypeError):
+        except (ValueError, KeyError, TypeError):
             known = {"transfers": {}, "sessions": []}
         known["transfers"] |= transfers
         if session is not None:

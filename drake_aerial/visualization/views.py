@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,6 +12,7 @@ import numpy as np
 from drake_aerial.errors import InputError
 from drake_aerial.io import model_files
 from drake_aerial.io.archives import load_archive
+from drake_aerial.io.strict_yaml import mapping_from_json
 from drake_aerial.visualization.pages import write_picture_page
 from drake_aerial.visualization.picture import RED, Color, Picture
 from drake_aerial.visualization.pictures import (
@@ -231,8 +231,8 @@ def _schema(path: Path) -> str | None:
         if "schema" in arrays:
             return str(arrays["schema"])
         # A trial keeps its schema inside its metrics document.
-        return str(json.loads(str(arrays["metrics"]))["schema"]) if "metrics" in arrays else None
-    except (InputError, ValueError, TypeError, KeyError, RecursionError):
+        return str(mapping_from_json(str(arrays["metrics"]), "metrics")["schema"])
+    except (InputError, KeyError):
         return None
 
 
