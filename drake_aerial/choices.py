@@ -3,6 +3,8 @@
 Importing this module loads nothing else, so the command line can list the names in its help.
 """
 
+from typing import Literal, get_args
+
 METHODS = {
     "task": ("hull", "normalised"),
     "paper": ("paper", "resampled"),
@@ -11,9 +13,13 @@ METHODS = {
     "centroid": ("none", "none"),
 }
 """Method of `transfer` to (votes, sampling). `control` is `task` without its votes."""
-BELIEFS = ("below_contact", "geometric", "true")
+Method = Literal["task", "paper", "kopicki", "control", "centroid"]
+Belief = Literal["below_contact", "geometric", "true"]
+BELIEFS: tuple[Belief, ...] = get_args(Belief)
 """What a controller is told about the payload's centre of mass and inertia."""
-CONTROLLERS = ("mpc", "geometric_ff", "geometric")
+ControllerKind = Literal["mpc", "geometric_ff", "geometric"]
+CONTROLLERS: tuple[ControllerKind, ...] = get_args(ControllerKind)
 """Kinds of controllers."""
-CABLES = ("inextensible", "elastic")
+CableKind = Literal["inextensible", "elastic"]
+CABLES: tuple[CableKind, ...] = get_args(CableKind)
 """Kinds of cables."""

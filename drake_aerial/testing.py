@@ -25,6 +25,7 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike
 
+from drake_aerial.choices import Belief
 from drake_aerial.errors import InputError
 
 if TYPE_CHECKING:
@@ -169,7 +170,7 @@ def aerial_flight() -> Callable[..., TrialResult]:
         payload: Payload | str = "box_68x61x28",
         *,
         seed: int = 0,
-        belief: str = "true",
+        belief: Belief = "true",
         **options: Any,
     ) -> TrialResult:
         from drake_aerial.simulation.flight import Flight

@@ -150,7 +150,7 @@ def test_the_documented_files_are_what_is_written(tmp_path):
 
 def test_the_documented_nouns_are_those_of_configuration_files():
     from drake_aerial.configuration import NOUNS
-    from drake_aerial.io.typed_yaml.reading import record_from_mapping
+    from drake_aerial.io.records import record_from_mapping
     from drake_aerial.simulation.station_parameters import StationParameters
 
     page = (DOCS / "files.md").read_text().split("## Configuration files\n")[1].split("\n## ")[0]

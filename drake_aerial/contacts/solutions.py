@@ -15,9 +15,9 @@ from drake_aerial.contacts.parameters import TransferParameters
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, Pose
 from drake_aerial.io.files import write_text
+from drake_aerial.io.record_text import record_to_mapping
+from drake_aerial.io.records import record_from_mapping
 from drake_aerial.io.strict_yaml import read_json, shown
-from drake_aerial.io.typed_yaml.reading import record_from_mapping
-from drake_aerial.io.typed_yaml.writing import record_to_mapping
 
 SCHEMA = "drake_aerial/contacts"
 VERSION = 1

@@ -8,7 +8,6 @@ until the payload hangs free ("lifting"). Then the flight controller takes over 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -17,6 +16,7 @@ import numpy as np
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
 from drake_aerial.estimation.observation import Observation
 from drake_aerial.geometry import Array
+from drake_aerial.io.records import NonNegative, Positive, record
 from drake_aerial.references.trajectory import TrajectorySample
 from drake_aerial.statics.gravity import GRAVITY
 
@@ -67,34 +67,28 @@ class TakeOffMemory(NamedTuple):
         return bool(self.phase >= FlightPhase.FLYING)
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class TakeOff:
-    """How to take off.
+    """How to take off from the ground."""
 
-    Parameters
-    ----------
-    position_gain, velocity_gain : (3,) tuples
-        Of a quadrotor flying on its own [1/s^2, 1/s]; the paper's table, rows "pos" and "vel" of the controller.
-    reach : float
-        How far beyond the cable's length a quadrotor aims while it tightens its cable [m].
-    slack : float
-        A cable shorter than its length by less than this counts as taut [m].
-    max_error : float
-        Position errors are limited to this, which limits the speed of the rise [m].
-    ramp_time : float
-        Time over which the payload's weight is taken over [s].
-    clearance : float
-        Height that the contacts must have gained, beyond what it takes the payload to swing upright, before the
-        flight controller takes over [m].
-    """
-
-    position_gain: tuple[float, float, float] = (6.0, 6.0, 10.0)
-    velocity_gain: tuple[float, float, float] = (3.0, 3.0, 6.0)
-    reach: float = 0.03
-    slack: float = 0.02
-    max_error: float = 0.15
-    ramp_time: float = 0.8
-    clearance: float = 0.05
+    position_gain: tuple[NonNegative, NonNegative, NonNegative] = (6.0, 6.0, 10.0)
+    """Position gain of a quadrotor that flies on its own, along x, y, z [1/s^2]: row "pos" of the
+    paper's table."""
+    velocity_gain: tuple[NonNegative, NonNegative, NonNegative] = (3.0, 3.0, 6.0)
+    """Velocity gain of a quadrotor that flies on its own, along x, y, z [1/s]: row "vel" of the
+    paper's table."""
+    reach: NonNegative = 0.03
+    """Distance beyond the cable's length at which a quadrotor aims while it tightens its cable
+    [m]."""
+    slack: NonNegative = 0.02
+    """Cable length less the distance of its ends below which a cable counts as taut [m]."""
+    max_error: Positive = 0.15
+    """Limit of the position error, which limits the speed of the rise [m]."""
+    ramp_time: Positive = 0.8
+    """Time over which the quadrotors take over the payload's weight [s]."""
+    clearance: NonNegative = 0.05
+    """Height that the contacts gain, beyond what the payload needs to swing upright, before the
+    flight controller takes over [m]."""
 
     def next_phase(
         self,

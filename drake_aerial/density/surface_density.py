@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -16,26 +14,20 @@ from drake_aerial.density.mixture import (
     lifted_gaussian,
     log_weighted_sums,
 )
-from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, Pose
+from drake_aerial.io.records import Positive, record
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Bandwidth:
     """Bandwidths sigma of a surface feature's kernel."""
 
-    position: float = 0.02
+    position: Positive = 0.02
     """Standard deviation of the position [m]."""
-    rotation: float = float(np.deg2rad(15.0))
-    """Bandwidth of the rotation [rad]: per-axis standard deviation of the rotation vector."""
-    descriptor: float = 0.2
-    """Standard deviation of the descriptor r = curvature times neighbourhood radius (dimensionless)."""
-
-    def __post_init__(self) -> None:
-        for name in ("position", "rotation", "descriptor"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0.0):
-                raise InputError(f"the bandwidth's {name} is {value!r}; a positive number accepted")
+    rotation: Positive = float(np.deg2rad(15.0))
+    """Standard deviation of the rotation vector, per axis [rad]."""
+    descriptor: Positive = 0.2
+    """Standard deviation of the descriptor r, curvature times rho (dimensionless)."""
 
 
 class SurfaceDensity:

@@ -9,7 +9,7 @@ import numpy as np
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
 from drake_aerial.estimation.observation import Observation
 from drake_aerial.geometry import Array, cross
-from drake_aerial.io.typed_yaml.record_fields import Unbounded
+from drake_aerial.io.records import NonNegative, Positive, PositiveOrInfinite, record
 from drake_aerial.statics.gravity import GRAVITY
 
 
@@ -79,7 +79,8 @@ class ObserverMemory(NamedTuple):
         )
 
 
-class DisturbanceObserver(NamedTuple):
+@record(frozen=True)
+class DisturbanceObserver:
     """First-order observer of a `Disturbance`, from changes of measured velocities.
 
     Between two control steps, the change of a quadrotor's momentum less its weight and thrust is
@@ -95,29 +96,23 @@ class DisturbanceObserver(NamedTuple):
     An estimate that exceeds a limit is held at the limit. `PayloadMpc` warns once per flight and
     counts the control steps in its output port `diagnostics`.
 
-    Attributes
-    ----------
-    time : float
-        Time constant of the forces [s].
-    moment_time : float
-        Time constant of the moment [s]; infinite is none at all.
-    share : float
-        Largest size of each force, as a part of the weight of the payload or the quadrotor.
-    lever : float
-        Largest moment over the payload's weight [m]: how far its CoM may be from where it is believed.
-
     Examples
     --------
-    >>> from drake_aerial import DisturbanceObserver, FlightOptions, MpcParameters
-    >>> options = FlightOptions(controller=MpcParameters(observer=DisturbanceObserver(time=0.3)))
-    >>> options.controller_parameters.observer.lever
+    >>> from drake_aerial import DisturbanceObserver, FlightOptions
+    >>> options = FlightOptions(controller_options={"observer": DisturbanceObserver(time=0.3)})
+    >>> options.controller_options["observer"].lever
     0.12
     """
 
-    time: float = 0.5
-    moment_time: Unbounded = 1.0
-    share: float = 0.5
-    lever: float = 0.12
+    time: Positive = 0.5
+    """Time constant of the forces [s]."""
+    moment_time: PositiveOrInfinite = 1.0
+    """Time constant of the moment [s]; infinite (.inf) for no moment."""
+    share: NonNegative = 0.5
+    """Largest force, as a fraction of the weight of the payload or the quadrotor
+    (dimensionless)."""
+    lever: NonNegative = 0.12
+    """Largest moment over the payload's weight [m]: the largest error of its centre of mass."""
 
     def step(
         self,

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_aerial.geometry import IDENTITY, Array, cross, skew
+from drake_aerial.io.records import NonNegative, record
 from drake_aerial.plant.cable_geometry import rotation
 
 
@@ -128,22 +129,18 @@ class FilterState(NamedTuple):
         return np.array([*self.p, *self.v, self.variance])
 
 
-class PositionFilter(NamedTuple):
-    """Kalman filter of a measured position whose velocity is measured too.
+@record(frozen=True)
+class PositionFilter:
+    """A Kalman filter of a measured position whose rate is measured too.
 
     The velocity is integrated and corrected by the noisy position, so that the estimate is smooth
     and does not lag. All three axes share one variance.
-
-    Attributes
-    ----------
-    position_noise : float
-        Standard deviation of each measured coordinate [m]; 0 takes measurements as they are.
-    velocity_noise : float
-        Standard deviation of the integrated velocity's error, as white noise per step [m/s].
     """
 
-    position_noise: float = 0.01
-    velocity_noise: float = 0.01
+    position_noise: NonNegative = 0.01
+    """Standard deviation of each measured coordinate [m]; 0 for no filtering."""
+    velocity_noise: NonNegative = 0.01
+    """Standard deviation of the velocity's error, as white noise per step [m/s]."""
 
     def step(self, state: FilterState, measured: Array, velocity: Array, dt: float) -> FilterState:
         """Return the state after a measurement.

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import difflib
 import json
+import re
 import reprlib
 from collections.abc import Iterable
 from pathlib import Path
@@ -62,6 +63,14 @@ class _Loader(yaml.SafeLoader):
             known.add(key)
         mapping: dict[Any, Any] = super().construct_mapping(node, deep=deep)
         return mapping
+
+
+# YAML 1.1 reads 5e3, which lacks a point, as a text.
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float",
+    re.compile(r"[-+]?(?:(?:\d+\.?\d*|\.\d+)[eE][-+]?\d+|inf)$"),
+    list("-+.0123456789i"),
+)
 
 
 def read_mapping(path: str | Path) -> dict[str, Any]:
@@ -151,7 +160,10 @@ def _mapping(values: Any, where: str) -> dict[str, Any]:
 
 
 def shown(value: Any, length: int = 120) -> str:
-    """Return a value as messages show it: its repr (a text as it is, if a length is asked for), cut short in the middle."""
+    """Return a value as messages show it: its repr, shortened in the middle.
+
+    If a length is given, a text is shown without quotes.
+    """
     try:
         text = value if isinstance(value, str) and length != 120 else _REPR.repr(value)
     except ValueError:  # a whole number of thousands of digits
@@ -160,33 +172,37 @@ def shown(value: Any, length: int = 120) -> str:
 
 
 def check_keys(
-    values: Any, where: str, *, required: Iterable[str] = (), optional: Iterable[str] = ()
+    values: Any, *, required: Iterable[str] = (), optional: Iterable[str] = (), where: str = ""
 ) -> None:
     """Check that `values` is a mapping with the required keys and no unknown ones.
+
+    Parameters
+    ----------
+    values : mapping
+    required, optional : names
+    where : str
+        Beginning of errors.
 
     Raises
     ------
     InputError
-        One line: which key is unknown and the nearest known one, or which is missing.
+        In one line: which key is unknown and the nearest known one, or which is missing.
     """
     required = tuple(required)
     known = (*required, *optional)
     if not isinstance(values, dict):
-        raise InputError(
-            f"{where} should be a mapping with {', '.join(known)}, got {shown(values)}"
-        )
+        raise InputError(f"{where}must be a mapping of keys to values, got {shown(values)}")
+    accepted = f"accepted: {', '.join(known)}"
     for key in values:
         if key not in known:
-            raise InputError(
-                f"{where}: unknown key {shown(key)}{nearest(key, known)}; accepted: {', '.join(known)}"
-            )
+            raise InputError(f"{where}unknown key {shown(key)}{nearest(key, known)}; {accepted}")
     for key in required:
         if key not in values:
-            raise InputError(f"{where}: the key {key!r} is missing; accepted: {', '.join(known)}")
+            raise InputError(f"{where}the key {key!r} is missing; {accepted}")
 
 
 def nearest(given: Any, known: Iterable[str]) -> str:
-    """Return " (did you mean 'x'?)" for the known name nearest to what was given, or nothing where none is near."""
+    """Return " (did you mean 'x'?)" with the nearest known name, or "" if none is near."""
     close = difflib.get_close_matches(str(given), list(known), n=1)
     return f" (did you mean {close[0]!r}?)" if close else ""
 
@@ -207,10 +223,5 @@ def numbers(value: Any, shape: tuple[int, ...], what: str) -> Array:
         wanted = (
             "a finite number" if shape == () else f"{' x '.join(map(str, shape))} finite numbers"
         )
-        raise InputError(f"{what} should be {wanted}, got {shown(value)}")
+        raise InputError(f"{what} must be {wanted}, got {shown(value)}")
     return array
-
-
-def number(value: Any, what: str) -> float:
-    """Return `value` as one finite float, or raise InputError beginning with `what`."""
-    return float(numbers(value, (), what))

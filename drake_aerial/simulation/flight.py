@@ -13,7 +13,7 @@ from pydrake.systems.analysis import Simulator
 from drake_aerial._version import __version__
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
 from drake_aerial.errors import one_line
-from drake_aerial.io.typed_yaml.writing import record_to_mapping
+from drake_aerial.io.record_text import record_to_mapping
 from drake_aerial.parallel import one_blas_thread
 from drake_aerial.references.trajectory_files import read_trajectory, trajectory_to_dict
 from drake_aerial.simulation.beliefs import believed_model, suspended_properties

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-import numpy as np
+from pydantic import SkipValidation
 from pydrake.systems.framework import LeafSystem
 
-from drake_aerial.choices import BELIEFS, CONTROLLERS
+from drake_aerial.choices import CONTROLLERS, Belief, CableKind
 from drake_aerial.control.controller import PayloadController
 from drake_aerial.control.controller_parameters import CONTROLLERS as DEFAULTS
 from drake_aerial.control.controller_parameters import ControllerParameters
@@ -19,6 +19,7 @@ from drake_aerial.control.mpc.payload_mpc import PayloadMpc
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
 from drake_aerial.errors import InputError
 from drake_aerial.estimation.observation import PositionFilter
+from drake_aerial.io.records import Flag, NonNegative, Positive, record
 from drake_aerial.plant.cable import CableParameters
 from drake_aerial.references.trajectory import Trajectory
 from drake_aerial.simulation.station_parameters import StationParameters
@@ -33,14 +34,14 @@ _CLASSES: dict[str, Callable[..., PayloadController]] = {
 """Classes by kind; each takes the believed `PayloadModelParameters` and its parameters."""
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class FlightOptions:
-    """How to fly: the options of a `Flight`. Each field is also a keyword of `fly`.
+    """How to fly; each field is also a keyword of `fly`, `prepare_flight` and `Flight`.
 
     Raises
     ------
     InputError
-        If belief or controller is unknown, or `after_drop` is negative.
+        If belief or controller is unknown, or a number is outside its range.
 
     Examples
     --------
@@ -52,41 +53,39 @@ class FlightOptions:
     drake_aerial.errors.InputError: `belief` must be one of below_contact, geometric, true, got 'x'
     """
 
-    belief: str = "below_contact"
+    belief: Belief = "below_contact"
     """Believed centre of mass and inertia: below_contact, geometric or true."""
-    controller: str | ControllerParameters | Callable[..., LeafSystem] = "mpc"
+    controller: Annotated[
+        str | ControllerParameters | Callable[..., LeafSystem], SkipValidation
+    ] = "mpc"
     """mpc, geometric_ff or geometric; `MpcParameters` or `GeometricParameters`; or your own: a
     function or class that takes the believed `PayloadModelParameters` and returns a LeafSystem."""
-    trajectory: str | Path | Trajectory = "transport"
-    """transport, hover, line, waypoints, a YAML file, or a `Trajectory`."""
-    cable: str | CableParameters | None = None
+    trajectory: Annotated[str | Path | Trajectory, SkipValidation] = "transport"
+    """transport (also called circle), hover, line, waypoints, a YAML file, or a `Trajectory`."""
+    cable: CableKind | CableParameters | None = None
     """inextensible or elastic, or all parameters of the cables; None: as in `parameters`."""
-    noise: float | None = None
+    noise: NonNegative | None = None
     """Standard deviation of the measured payload position, per coordinate [m]; None: as in
     `parameters`."""
     parameters: StationParameters | None = None
     """The station: team, wind, sensors, motor lag; None for the paper's values."""
     controller_options: dict[str, Any] | None = None
     """Further keyword arguments of the controller."""
-    mass_ratio: float = 1.0
-    """Believed mass of the payload over its true mass."""
-    after_drop: float = 3.0
+    mass_ratio: Positive = 1.0
+    """Believed mass of the payload over its true mass (dimensionless)."""
+    after_drop: NonNegative = 3.0
     """Time that is simulated after a gripper lets go while others hold [s]."""
-    force: bool = False
+    force: Flag = False
     """Fly although the contacts are marked infeasible, no taut equilibrium exists, or the payload
     is too heavy."""
 
     def __post_init__(self) -> None:
-        if self.belief not in BELIEFS:
-            raise InputError(f"`belief` must be one of {', '.join(BELIEFS)}, got {self.belief!r}")
         given = callable(self.controller) or isinstance(self.controller, ControllerParameters)
         if not given and self.controller not in CONTROLLERS:
             raise InputError(
                 f"`controller` must be one of {', '.join(CONTROLLERS)}, their parameters, or a "
                 f"function, got {self.controller!r}"
             )
-        if not (np.isfinite(self.after_drop) and self.after_drop >= 0.0):
-            raise InputError(f"`after_drop` must be at least 0 s, got {self.after_drop!r}")
 
     def make_controller(self, model: PayloadModelParameters) -> LeafSystem:
         """Return a controller that uses `model`.

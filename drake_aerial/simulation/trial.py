@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydrake.systems.framework import LeafSystem
 
+from drake_aerial.choices import Belief, CableKind
 from drake_aerial.control.controller_parameters import ControllerParameters
 from drake_aerial.errors import InputError, JobError
 from drake_aerial.plant.cable import CableParameters
@@ -33,10 +34,10 @@ def prepare_flight(
     mass: float | None = None,
     solution: int = 1,
     cloud: PointCloud | None = None,
-    belief: str = "below_contact",
+    belief: Belief = "below_contact",
     controller: str | ControllerParameters | Callable[..., LeafSystem] = "mpc",
     trajectory: str | Path | Trajectory = "transport",
-    cable: str | CableParameters | None = None,
+    cable: CableKind | CableParameters | None = None,
     noise: float | None = None,
     parameters: StationParameters | None = None,
     controller_options: dict[str, Any] | None = None,
@@ -111,10 +112,10 @@ def fly(
     seed: int = 0,
     cloud: PointCloud | None = None,
     progress: Progress | None = None,
-    belief: str = "below_contact",
+    belief: Belief = "below_contact",
     controller: str | ControllerParameters | Callable[..., LeafSystem] = "mpc",
     trajectory: str | Path | Trajectory = "transport",
-    cable: str | CableParameters | None = None,
+    cable: CableKind | CableParameters | None = None,
     noise: float | None = None,
     parameters: StationParameters | None = None,
     controller_options: dict[str, Any] | None = None,

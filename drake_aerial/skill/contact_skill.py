@@ -16,6 +16,8 @@ from drake_aerial.features.surface_features import SurfaceFeatures
 from drake_aerial.geometry import Array, Pose
 from drake_aerial.io.archives import load_archive
 from drake_aerial.io.files import write_bytes
+from drake_aerial.io.record_text import record_to_mapping
+from drake_aerial.io.records import record_from_mapping
 from drake_aerial.io.strict_yaml import mapping_from_json, shown
 from drake_aerial.skill.configuration_model import ConfigurationModel
 from drake_aerial.skill.contact_model import ContactModel
@@ -99,7 +101,7 @@ class ContactSkill:
             "label": self.label,
             "description": self.description,
             "grippers": len(self),
-            "parameters": self.parameters.to_dict(),
+            "parameters": record_to_mapping(self.parameters),
             "rho": self.task.features.rho,
             "edge_saliency": self.task.features.edge_saliency,
             "configuration": _ALPHA
@@ -186,7 +188,7 @@ class ContactSkill:
     @classmethod
     def _from_arrays(cls, arrays: dict[str, np.ndarray]) -> ContactSkill:
         metadata = mapping_from_json(str(arrays["metadata"]), "metadata")
-        parameters = LearningParameters.from_dict(metadata["parameters"])
+        parameters = record_from_mapping(LearningParameters, metadata["parameters"], "parameters")
         rho, edge_saliency = metadata["rho"], metadata["edge_saliency"]
 
         def pose(name: str) -> Pose:

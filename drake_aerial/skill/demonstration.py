@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,8 +12,9 @@ from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, Pose, perpendicular, quat_from_xz, quat_normalize
 from drake_aerial.io import model_files
-from drake_aerial.io.strict_yaml import check_keys, number, numbers, read_mapping, shown
+from drake_aerial.io.records import read_record
 from drake_aerial.skill.demonstration_cloud import read_cloud
+from drake_aerial.skill.demonstration_file import DemonstrationFile, GripperEntry
 
 CABLE_LENGTH = 0.5
 """Default cable length of a demonstration [m]; the paper's."""
@@ -130,74 +130,39 @@ class Demonstration:
             kind, or the cloud cannot be read.
         """
         path = model_files.find("demonstrations", path_or_name)
-        values = read_mapping(path)
-        where = str(path)
-        check_keys(
-            values, where, required=("cloud", "grippers"), optional=("name", "label", "description")
-        )
-        cloud = read_cloud(values["cloud"], path)
-        entries = values["grippers"]
-        if not isinstance(entries, list) or not entries:
-            raise InputError(
-                f"{where}: `grippers` must be a list with at least one entry, got {shown(entries)}"
-            )
-        grippers = [
-            _gripper(entry, f"{where}: gripper {n + 1}", cloud.up)
-            for n, entry in enumerate(entries)
-        ]
-        name = str(values.get("name", path.stem))
+        content = read_record(DemonstrationFile, path)
+        try:
+            cloud = read_cloud(content.cloud, path.parent)
+        except InputError as error:
+            raise InputError(f"{path}: `cloud`: {error}") from error
+        name = content.name or path.stem
+        cables = [_cable(gripper, cloud.up) for gripper in content.grippers]
         demonstration = cls.make(
             cloud,
-            np.array([g["position"] for g in grippers]),
-            axes=np.array([g["axis"] for g in grippers]),
-            cable_length=np.array([g["cable_length"] for g in grippers]),
-            cable_directions=np.array([g["cable_direction"] for g in grippers]),
+            np.array([gripper.position for gripper in content.grippers]),
+            axes=np.array([cloud.up if g.axis is None else g.axis for g in content.grippers]),
+            cable_length=np.array([length for length, _ in cables]),
+            cable_directions=np.array([direction for _, direction in cables]),
             name=name,
-            description=str(values.get("description", "")).strip(),
-            label=str(values.get("label", name)),
+            description=content.description.strip(),
+            label=content.label or name,
         )
-        q = np.array(
-            [
-                demonstration.grippers.q[n] if g["q"] is None else g["q"]
-                for n, g in enumerate(grippers)
-            ]
-        )
+        q = demonstration.grippers.q.copy()
+        for n, gripper in enumerate(content.grippers):
+            if gripper.quaternion_wxyz is not None:
+                q[n] = quat_normalize(np.array(gripper.quaternion_wxyz))
         return replace(demonstration, grippers=Pose(demonstration.grippers.p, q))
 
 
-def _gripper(entry: Any, where: str, up: Array) -> dict[str, Any]:
-    check_keys(
-        entry,
-        where,
-        required=("position",),
-        optional=("axis", "quaternion_wxyz", "cable_length", "cable_direction", "quadrotor"),
-    )
-    for a, b in (("axis", "quaternion_wxyz"), ("cable_direction", "quadrotor")):
-        if a in entry and b in entry:
-            raise InputError(f"{where}: only one of `{a}` and `{b}` may be given, got both")
-    position = numbers(entry["position"], (3,), f"{where}: position")
-    q = None
-    axis = numbers(entry["axis"], (3,), f"{where}: axis") if "axis" in entry else up
-    if "quaternion_wxyz" in entry:
-        q = numbers(entry["quaternion_wxyz"], (4,), f"{where}: quaternion_wxyz")
-        if np.linalg.norm(q) < 1e-6:
-            raise InputError(f"{where}: `quaternion_wxyz` must not be zero, got {q.tolist()}")
-        q = quat_normalize(q)
+def _cable(gripper: GripperEntry, up: Array) -> tuple[float, Array]:
+    """Return the length [m] of a gripper's cable and its direction."""
     direction, length = up, CABLE_LENGTH
-    if "cable_direction" in entry:
-        direction = numbers(entry["cable_direction"], (3,), f"{where}: cable_direction")
-    if "quadrotor" in entry:
-        direction = numbers(entry["quadrotor"], (3,), f"{where}: quadrotor") - position
+    if gripper.cable_direction is not None:
+        direction = np.array(gripper.cable_direction)
+    if gripper.quadrotor is not None:
+        direction = np.subtract(gripper.quadrotor, gripper.position)
         length = float(np.linalg.norm(direction))
-    if "cable_length" in entry:
-        length = number(entry["cable_length"], f"{where}: cable_length")
-    return {
-        "position": position,
-        "axis": axis,
-        "q": q,
-        "cable_length": length,
-        "cable_direction": direction,
-    }
+    return gripper.cable_length or length, direction
 
 
 def _directions(values: ArrayLike | None, default: Array, count: int, name: str) -> Array:

@@ -98,7 +98,7 @@ def test_keeps_the_parameters_it_was_found_with(tmp_path):
     ("change", "message"),
     [
         ({"parameters": {"votes": 3}}, "parameters: unknown key 'votes'"),
-        ({"parameters": 0}, "parameters should be a mapping"),
+        ({"parameters": 0}, "parameters: must be a mapping"),
         ({"schema": "x"}, "schema 'x'"),
         ({"version": 2}, "version 2"),
         ({"solutions": [{"rank": 1}]}, "incomplete"),

@@ -98,13 +98,19 @@ def test_noise_is_seeded(tmp_path):
         (BOX + "grippers: [{}]\n", "'position' is missing"),
         (BOX, "'grippers' is missing"),
         (GRIPPER, "'cloud' is missing"),
-        (BOX + "grippers: []\n", "at least one entry"),
-        (BOX + "grippers: [{position: [0, 0]}]\n", "position"),
-        (BOX + "grippers: [{position: [0, 0, .nan]}]\n", "3 finite numbers"),
+        (BOX + "grippers: []\n", "`grippers` must have at least 1 entry, got []"),
+        (
+            BOX + "grippers: [{position: [0, 0]}]\n",
+            "`grippers[0].position` must have more entries, got [0, 0]",
+        ),
+        (
+            BOX + "grippers: [{position: [0, 0, .nan]}]\n",
+            "`grippers[0].position[2]` must be a finite number, got nan",
+        ),
         (BOX + "grippers: [{position: [0, 0, 0], axis: [0, 0, 0]}]\n", "positive length"),
         (
             BOX + "grippers: [{position: [0, 0, 0], cable_length: -1}]\n",
-            "`cable_length` must be positive",
+            "`grippers[0].cable_length` must be > 0 m, got -1",
         ),
         (
             BOX
@@ -112,15 +118,15 @@ def test_noise_is_seeded(tmp_path):
             "only one of `axis` and `quaternion_wxyz` may be given",
         ),
         ("cloud: {}\n" + GRIPPER, "exactly one of file, mesh, box"),
-        ("cloud: {box: [1, 1, 0]}\n" + GRIPPER, "three positive sizes"),
+        ("cloud: {box: [1, 1, 0]}\n" + GRIPPER, "`cloud.box[2]` must be > 0 m, got 0"),
         (
             "cloud: {box: [1, 1, 1], view: side}\n" + GRIPPER,
-            "`view` must be one of full, top, partial, got 'side'",
+            "`cloud.view` must be one of full, top, partial, got 'side'",
         ),
         ("cloud: {box: [1, 1, 1], view: partial}\n" + GRIPPER, "`viewpoint` must be [x, y, z]"),
         ("cloud: {mesh: nothing}\n" + GRIPPER, "got 'nothing'"),
         ("cloud: {file: missing.ply}\n" + GRIPPER, "missing.ply"),
-        ("[1, 2]\n", "should hold a mapping"),
+        ("[1, 2]\n", "must hold a mapping"),
         ("a: [\n", "is not YAML"),
     ],
 )

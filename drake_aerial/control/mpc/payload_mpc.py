@@ -23,7 +23,6 @@ from drake_aerial.dynamics.flatness import Reference, ReferenceTable, disturbed,
 from drake_aerial.dynamics.linearization import linearize
 from drake_aerial.dynamics.payload_model import PayloadState, retract, tangent_basis
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
-from drake_aerial.errors import InputError
 from drake_aerial.estimation.disturbance_observer import (
     Disturbance,
     DisturbanceObserver,
@@ -95,12 +94,6 @@ class PayloadMpc(PayloadController):
         offset: float = OFFSET,
     ):
         self.parameters = p = parameters or self.default_parameters
-        if p.field_of_view is not None and not 0.0 < p.field_of_view < np.pi:
-            raise InputError(f"`field_of_view` must be in (0, pi) rad, got {p.field_of_view}")
-        if not (isinstance(p.ticks_per_plan, int) and p.ticks_per_plan > 0):
-            raise InputError(
-                f"`ticks_per_plan` must be a positive integer, got {p.ticks_per_plan!r}"
-            )
         self.horizon = horizon = Horizon(p.stages, p.step, p.ticks_per_plan * p.period, offset)
         self.step_seconds: deque[float] = deque(maxlen=100_000)
         n = self._n = model.n
