@@ -30,6 +30,9 @@ class FlightPhase(IntEnum):
     FLYING = 3
 
 
+_FLYING = float(FlightPhase.FLYING)  # comparing floats with an enum is slow
+
+
 class TakeOffMemory(NamedTuple):
     """State of a take-off.
 
@@ -55,7 +58,7 @@ class TakeOffMemory(NamedTuple):
     @classmethod
     def unpack(cls, values: Array) -> TakeOffMemory:
         """Return the state in a vector (2 + 3 n,); its array is a view."""
-        return cls(values[0], values[1], values[2:].reshape(-1, 3))
+        return cls(float(values[0]), float(values[1]), values[2:].reshape(-1, 3))
 
     def pack(self) -> Array:
         """Return the state as a vector (2 + 3 n,)."""
@@ -64,7 +67,7 @@ class TakeOffMemory(NamedTuple):
     @property
     def flying(self) -> bool:
         """True once the flight controller has taken over."""
-        return bool(self.phase >= FlightPhase.FLYING)
+        return self.phase >= _FLYING
 
 
 @record(frozen=True)

@@ -137,7 +137,7 @@ class DisturbanceObserver:
         n, o = model.n, observation
         v = o.v + o.R @ cross(o.W, model.p_LLcm)
         quadrotors = np.concatenate([o.v_WQ, o.xi, o.xi @ o.R, o.z_WQ]).reshape(4, n, 3)
-        estimate, limited = memory.estimate, False
+        estimate, limited = memory.estimate, [False]
         if memory.begun:
             found = self._residual(model, memory, v, o.W, quadrotors, thrust, dt)
             gain = np.full(6 + 3 * n, -np.expm1(-dt / self.time))
@@ -146,12 +146,10 @@ class DisturbanceObserver:
             weight = GRAVITY * model.mass
             limits = [self.share * weight, self.lever * weight]
             limits += (self.share * GRAVITY * model.quadrotor_mass).tolist()
-            # A list: every vector must be limited.
-            limited = any(
-                [_limit(part, bound) for part, bound in zip(estimate.reshape(-1, 3), limits)]
-            )
+            limited = [_limit(part, bound) for part, bound in zip(estimate.reshape(-1, 3), limits)]
+        force, moment, on_quadrotors = estimate[0:3], estimate[3:6], estimate[6:].reshape(n, 3)
         disturbance = Disturbance(
-            estimate[0:3].copy(), estimate[3:6].copy(), estimate[6:].reshape(n, 3).copy(), limited
+            force.copy(), moment.copy(), on_quadrotors.copy(), limited=any(limited)
         )
         return disturbance, ObserverMemory(1.0, v, o.W, quadrotors, estimate)
 

@@ -122,11 +122,13 @@ class FilterState(NamedTuple):
     @classmethod
     def unpack(cls, values: Array) -> FilterState:
         """Return the state in a vector (7,); its arrays are views."""
-        return cls(values[0:3], values[3:6], values[6])
+        return cls(values[0:3], values[3:6], float(values[6]))
 
     def pack(self) -> Array:
         """Return the state as a vector (7,)."""
-        return np.array([*self.p, *self.v, self.variance])
+        values = np.empty(7)
+        values[0:3], values[3:6], values[6] = self
+        return values
 
 
 @record(frozen=True)

@@ -71,6 +71,13 @@ class MpcMemory(NamedTuple):
         )
         return cls._make([*values[:_SCALARS].tolist(), *arrays])
 
+    @classmethod
+    def count_step(cls, values: Array) -> tuple[float, float]:
+        """Add a control step to the age in a vector, in place, and return `begun` and `age`."""
+        begun, age = cls._fields.index("begun"), cls._fields.index("age")
+        values[age] += 1.0
+        return float(values[begun]), float(values[age])
+
     def pack(self) -> Array:
         """Return the memory as a vector."""
         arrays = (self.shift, self.inputs.ravel(), self.states.ravel(), self.observer)

@@ -130,9 +130,7 @@ class PayloadMpc(PayloadController):
         """
         if self.parameters.observer is not None:
             return False
-        state, is_current = self._aged(self._unpack(memory))
-        memory[:] = state.pack()
-        return is_current
+        return self._is_current(memory)
 
     def compute_thrusts(
         self,
@@ -145,24 +143,25 @@ class PayloadMpc(PayloadController):
         """Make a plan and return its first input (n, 3) [N]; see `PayloadController`."""
         begin = time.thread_time()
         n, N = self._n, len(self.horizon)
-        state = self._unpack(memory)
         disturbance: Disturbance | None = None
         if self.parameters.observer is not None:
-            disturbance, state = self._observe(
-                self.parameters.observer, t, state, observation, thrust
-            )
-            state, is_current = self._aged(state)
-            memory[:] = state.pack()
+            disturbance = self._observe(self.parameters.observer, t, memory, observation, thrust)
+            is_current = self._is_current(memory)
             if is_current and all(np.isfinite(field).all() for field in observation):
                 return thrust
+        state = self._unpack(memory)
         table = reference_table(self.model, reference)
         desired = self._desired(table, t, reference.yaw, disturbance)
         # Forces on the quadrotors act like thrust: from here on, F and u include both.
         observation = observation.after(self.offset)
         now = measured_state(self.model, observation, thrust)
         x, u, prediction_error = initial_guess(self.horizon, state, now, desired, disturbance)
-        shift = self._integral_shift(state.shift, desired.p[0] - observation.p)
-        desired = desired._replace(p=desired.p + shift)
+        shift, p = state.shift, self.parameters
+        if p.integral_gain > 0.0:
+            error = desired.p[0] - observation.p
+            shift = shift + p.integral_gain * p.ticks_per_plan * self.period * error
+            shift = np.clip(shift, -p.integral_limit, p.integral_limit)
+            desired = desired._replace(p=desired.p + shift)
         E = tangent_basis(x.xi)
         P = self._cost.terminal(table, reference.yaw)
         change, iterations, active = self._improve(x, u, E, desired, P, disturbance)
@@ -193,20 +192,21 @@ class PayloadMpc(PayloadController):
     def _unpack(self, memory: Array) -> MpcMemory:
         return MpcMemory.unpack(memory, len(self.horizon), self._n)
 
-    def _aged(self, state: MpcMemory) -> tuple[MpcMemory, bool]:
-        """Return the memory with this control step counted, and whether the plan is current."""
-        state = state._replace(age=state.age + 1.0)
-        return state, bool(state.begun and state.age < self.parameters.ticks_per_plan)
+    def _is_current(self, memory: Array) -> bool:
+        """Count this control step in place, and return whether the plan is current."""
+        begun, age = MpcMemory.count_step(memory)
+        return bool(begun and age < self.parameters.ticks_per_plan)
 
     def _observe(
         self,
         observer: DisturbanceObserver,
         t: float,
-        state: MpcMemory,
+        memory: Array,
         observation: Observation,
         thrust: Array,
-    ) -> tuple[Disturbance, MpcMemory]:
-        """Return the disturbance and the memory; warn once if the estimate is limited."""
+    ) -> Disturbance:
+        """Return the disturbance and update `memory` in place; warn once if it is limited."""
+        state = self._unpack(memory)
         disturbance, after = observer.step(
             self.model, ObserverMemory.unpack(state.observer), observation, thrust, self.period
         )
@@ -219,7 +219,8 @@ class PayloadMpc(PayloadController):
                 stacklevel=2,
             )
         limited_steps = state.limited_steps + disturbance.limited
-        return disturbance, state._replace(observer=after.pack(), limited_steps=limited_steps)
+        memory[:] = state._replace(observer=after.pack(), limited_steps=limited_steps).pack()
+        return disturbance
 
     def _desired(
         self, table: ReferenceTable, t: float, yaw: float, disturbance: Disturbance | None
@@ -233,14 +234,6 @@ class PayloadMpc(PayloadController):
         if disturbance is None:
             return desired
         return disturbed(self.model, yaw, desired, disturbance.wrench)
-
-    def _integral_shift(self, shift: Array, error: Array) -> Array:
-        """Return the shift of the reference (3,) [m] after a position error (3,) [m]."""
-        p = self.parameters
-        if p.integral_gain <= 0.0:
-            return shift
-        shift = shift + p.integral_gain * p.ticks_per_plan * self.period * error
-        return np.clip(shift, -p.integral_limit, p.integral_limit)
 
     def _improve(
         self,

@@ -22,6 +22,14 @@ def test_a_memory_comes_back_from_its_vector(observer):
     assert [getattr(memory, name) for name in names] == values[:5].tolist()
 
 
+def test_a_counted_step_is_one_more_in_age():
+    values = np.arange(float(MpcMemory.size(5, 3, 0)))
+    before = MpcMemory.unpack(values.copy(), 5, 3)
+    assert MpcMemory.count_step(values) == (before.begun, before.age + 1.0)
+    after = MpcMemory.unpack(values, 5, 3)
+    np.testing.assert_array_equal(after.pack(), before._replace(age=before.age + 1.0).pack())
+
+
 def test_an_observer_adds_its_memory():
     model = PayloadModelParameters(0.25, np.diag([0.006, 0.0059, 0.0107]), np.eye(3))
     plain = PayloadMpc(model)
