@@ -41,8 +41,9 @@ class SuspendedPayload:
     --------
     >>> from drake_aerial import Payload, SuspendedPayload
     >>> box = Payload.from_box([0.4, 0.4, 0.2], 0.25)
-    >>> SuspendedPayload.from_contacts(box, [[0.0, 0.0, 0.11]], [[0.0, 0.0, 1.0]]).p_LC.tolist()
-    [[0.0, 0.0, 0.1]]
+    >>> held = SuspendedPayload.from_contacts(box, [[0.0, 0.0, 0.11]], [[0.0, 0.0, 1.0]])
+    >>> held.p_LC.round(3).tolist(), held.moved.round(3).tolist()
+    ([[0.0, 0.0, 0.1]], [0.01])
     """
 
     payload: Payload

@@ -103,6 +103,7 @@ def prepare_flight(
     return Flight(suspended_payload, options, source=source)
 
 
+# More than 80 lines, since the docstring lists every keyword.
 def fly(
     contacts: ContactSolutions | str | Path,
     *,
