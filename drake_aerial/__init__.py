@@ -1,13 +1,13 @@
-"""Contacts for cable-suspended aerial transport: learnt from one demonstration, transferred, and flown in Drake.
+"""Contacts for cable-suspended aerial transport: learn from one demonstration, transfer, and fly.
 
-The names below are loaded when they are first used, so that ``import drake_aerial`` itself costs next to nothing.
+The names below are loaded at their first use, which keeps ``import drake_aerial`` fast.
 """
 
 from __future__ import annotations
 
 from drake_aerial._version import __version__ as __version__
 
-# What type checkers take for true; the real one's module takes longer to import than everything else here.
+# Type checkers take this name for true; importing it from `typing` would double the import time.
 TYPE_CHECKING = False
 
 if TYPE_CHECKING:
@@ -38,10 +38,13 @@ if TYPE_CHECKING:
     from drake_aerial.scene.depth_camera import DepthCamera
     from drake_aerial.scene.depth_image import read_depth_image
     from drake_aerial.simulation.diagram_picture import write_diagram_picture
+    from drake_aerial.simulation.flight import Flight
     from drake_aerial.simulation.flight_options import FlightOptions
     from drake_aerial.simulation.station import make_transport_station
     from drake_aerial.simulation.station_parameters import StationParameters
-    from drake_aerial.simulation.trial import TrialResult, fly, prepare_flight
+    from drake_aerial.simulation.suspended_payload import SuspendedPayload
+    from drake_aerial.simulation.trial import fly, prepare_flight
+    from drake_aerial.simulation.trial_result import TrialResult
     from drake_aerial.skill.contact_skill import ContactSkill
     from drake_aerial.skill.demonstration import Demonstration
     from drake_aerial.skill.learn import learn
@@ -60,6 +63,7 @@ _HOMES = {
     "DisturbanceObserver": "estimation.disturbance_observer",
     "DrakeAerialError": "errors",
     "Dryden": "plant.dryden",
+    "Flight": "simulation.flight",
     "FlightOptions": "simulation.flight_options",
     "GeometricController": "control.geometric",
     "GeometricParameters": "control.controller_parameters",
@@ -73,7 +77,8 @@ _HOMES = {
     "StudyPlan": "study.plan",
     "StudySummary": "study.campaign",
     "SurfaceFeatures": "features.surface_features",
-    "TrialResult": "simulation.trial",
+    "SuspendedPayload": "simulation.suspended_payload",
+    "TrialResult": "simulation.trial_result",
     "WindParameters": "plant.wind",
     "add_cable": "plant.cable",
     "add_gripper": "plant.gripper",
@@ -109,6 +114,7 @@ __all__ = [
     "DisturbanceObserver",
     "DrakeAerialError",
     "Dryden",
+    "Flight",
     "FlightOptions",
     "GeometricController",
     "GeometricParameters",
@@ -122,6 +128,7 @@ __all__ = [
     "StudyPlan",
     "StudySummary",
     "SurfaceFeatures",
+    "SuspendedPayload",
     "TrialResult",
     "WindParameters",
     "add_cable",

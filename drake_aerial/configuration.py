@@ -1,4 +1,4 @@
-"""Configuration files: one typed YAML per noun, its defaults, and what is read and written of it."""
+"""Configuration files: read them, write them, print their defaults; one class per noun."""
 
 from __future__ import annotations
 
@@ -6,15 +6,16 @@ import os
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from drake_aerial.errors import InputError
 
 if TYPE_CHECKING:
+    from drake_aerial.choices import CableKind
     from drake_aerial.control.controller_parameters import ControllerParameters
     from drake_aerial.simulation.station_parameters import StationParameters
 
-# By name alone, so that asking for help loads none of them.
+# Names only, so that the help of the command line loads no class.
 NOUNS = {
     "quadrotor": "plant.quadrotor.QuadrotorParameters",
     "payload": "plant.payload.Payload",
@@ -32,21 +33,22 @@ NOUNS = {
 
 
 def read_parameters(noun: str, path: str | Path) -> Any:
-    """Return the parameters of a YAML file; what is left out has its default.
+    """Return the parameters of a YAML file; a key that is left out has its default.
 
     Parameters
     ----------
     noun : str
-        quadrotor, payload, cable, gripper, wind, station, controller, features, bandwidths, learning or transfer.
+        quadrotor, payload, cable, gripper, wind, station, controller, features, bandwidths,
+        learning or transfer.
     path : str or Path
-        A mapping with the names of the class's fields as keys. Where one of them is a noun of its own, as the station's quadrotor, its
-        value is a mapping or the name of a file, relative to this one.
+        A mapping with the names of the class's fields as keys. Where a field is a noun itself, as
+        the station's quadrotor, its value is a mapping or the name of a file, relative to this one.
 
     Raises
     ------
     InputError
-        In one line: for an unknown noun, an unreadable file, an unknown key (with the nearest known one), a value of another type,
-        an impossible value.
+        In one line: for an unknown noun, an unreadable file, an unknown key (with the nearest known
+        one), or a value of another type or outside its range.
 
     Examples
     --------
@@ -57,30 +59,32 @@ def read_parameters(noun: str, path: str | Path) -> Any:
     >>> _ = path.write_text("{kind: elastic, length: 0.8}")
     >>> read_parameters("cable", path).length
     0.8
-    >>> _ = path.write_text("lenght: 0.8")
+    >>> _ = path.write_text("length: 0.0")
     >>> try:
     ...     read_parameters("cable", path)
     ... except ValueError as error:
     ...     print(str(error).split(": ", 1)[1])
-    unknown key 'lenght' (did you mean 'length'?); accepted: kind, length, stiffness, damping, link_mass
+    `length` must be >= 0.001 m, got 0.0
     """
-    from drake_aerial.io.typed_yaml.reading import read_record
+    from drake_aerial.io.records import read_record
 
     kind = noun_class(noun)
     return kind.read(path) if noun == "payload" else read_record(kind, path)
 
 
 def parameters_text(parameters: Any) -> str:
-    """Return parameters as YAML that reads back to equal ones, with what each means, its unit included, as a comment.
+    """Return parameters as YAML with the meaning, unit and range of each as a comment.
+
+    `read_parameters` reads it back to equal ones.
 
     Examples
     --------
     >>> from drake_aerial import parameters_text
     >>> from drake_aerial.plant.gripper import GripperParameters
     >>> print(parameters_text(GripperParameters(holding_force=15.0)).splitlines()[-1])
-    mass: 0.002  # Counts to the payload's side of the cable [kg].
+    mass: 0.002  # Mass, which is added to the payload [kg]. Must be > 0.
     """
-    from drake_aerial.io.typed_yaml.writing import record_to_yaml
+    from drake_aerial.io.record_text import record_to_yaml
 
     return record_to_yaml(parameters)
 
@@ -91,9 +95,10 @@ def defaults_text(noun: str, kind: str | None = None) -> str:
     Parameters
     ----------
     noun : str
-        As `read_parameters` takes them. A payload has no defaults: that of the paper's first condition stands for one.
+        As in `read_parameters`. A payload has no defaults; that of the paper's first condition is
+        returned.
     kind : str, optional
-        Of a controller or cable.
+        Kind of a controller or cable.
 
     Raises
     ------
@@ -104,14 +109,16 @@ def defaults_text(noun: str, kind: str | None = None) -> str:
     --------
     >>> from drake_aerial import defaults_text
     >>> print(defaults_text("cable", kind="elastic").splitlines()[-2])
-    damping: 10.0  # Of the elastic kind, while taut [N s/m].
+    damping: 10.0  # Damping of an elastic cable while it is taut [N s/m]. Must be >= 0.
     """
     from drake_aerial.io import model_files
 
     cls = noun_class(noun)
     if noun == "payload":
         if kind is not None:
-            raise InputError("a payload has no kinds")
+            raise InputError(
+                "`kind` must not be given for a payload; a cable and a controller have kinds"
+            )
         return (model_files.models_dir() / "payloads" / "box_68x61x28.yaml").read_text(
             encoding="utf-8"
         )
@@ -120,17 +127,19 @@ def defaults_text(noun: str, kind: str | None = None) -> str:
     if kind is None:
         return parameters_text(cls())
     if noun != "cable":
-        raise InputError(f"{noun} has no kinds; cable and controller have")
+        raise InputError(
+            f"`kind` must not be given for {noun}; a cable and a controller have kinds"
+        )
     return parameters_text(cls(kind=kind))
 
 
 def read_controller(name_or_path: str | Path) -> ControllerParameters:
-    """Return the parameters of a controller by its name, or of a YAML file.
+    """Return the parameters of a controller by its name, or those of a YAML file.
 
     Raises
     ------
     InputError
-        If it is neither, or the file is refused.
+        If it is neither, or a value in the file is wrong.
     """
     from drake_aerial.control.controller_parameters import CONTROLLERS
     from drake_aerial.io.strict_yaml import nearest
@@ -138,8 +147,10 @@ def read_controller(name_or_path: str | Path) -> ControllerParameters:
     if str(name_or_path) in CONTROLLERS:
         return CONTROLLERS[str(name_or_path)]
     if not os.path.isfile(name_or_path):
-        said = f"no controller {str(name_or_path)!r}{nearest(name_or_path, CONTROLLERS)}"
-        raise InputError(f"{said}: give a YAML file or one of {', '.join(CONTROLLERS)}")
+        raise InputError(
+            f"`controller` must be a YAML file or one of {', '.join(CONTROLLERS)}, "
+            f"got {str(name_or_path)!r}{nearest(name_or_path, CONTROLLERS)}"
+        )
     return read_parameters("controller", name_or_path)
 
 
@@ -151,24 +162,24 @@ def read_station(
     gripper: str | Path | None = None,
     wind: str | Path | None = None,
 ) -> StationParameters:
-    """Return a station's parameters, of a YAML file or the paper's, with some parts from files of their own.
+    """Return the parameters of a station from a YAML file, or the paper's, and from files of parts.
 
     Parameters
     ----------
     station : str or Path, optional
-        A YAML file.
+        A YAML file; the paper's station by default.
     quadrotor, gripper, wind : str or Path, optional
-        YAML files; quadrotor and gripper are each for all of the team.
+        YAML files. Quadrotor and gripper are those of the whole team.
     cable : str or Path, optional
-        A YAML file, for all of the team; or the kind, inextensible or elastic, of the station's.
+        A YAML file for all cables, or their kind: inextensible or elastic.
 
     Raises
     ------
     InputError
-        If a file is refused.
+        If a file cannot be read, or a value in it is wrong.
     """
+    from drake_aerial.choices import CABLES
     from drake_aerial.io.strict_yaml import nearest
-    from drake_aerial.plant.cable import KINDS
     from drake_aerial.simulation.station_parameters import StationParameters
 
     parameters = StationParameters() if station is None else read_parameters("station", station)
@@ -177,20 +188,29 @@ def read_station(
             parameters = replace(parameters, **{noun: read_parameters(noun, path)})
     if cable is None:
         return parameters
-    if str(cable) in KINDS:
-        return parameters.with_cable_kind(str(cable))
+    if str(cable) in CABLES:
+        return parameters.with_cable_kind(cast("CableKind", str(cable)))
     if not os.path.isfile(cable):
         raise InputError(
-            f"no cable {str(cable)!r}{nearest(cable, KINDS)}: give a YAML file or one of {', '.join(KINDS)}"
+            f"`cable` must be a YAML file or one of {', '.join(CABLES)}, "
+            f"got {str(cable)!r}{nearest(cable, CABLES)}"
         )
     return replace(parameters, cable=read_parameters("cable", cable))
 
 
 def noun_class(noun: str) -> Any:
-    """Return the class of a noun's parameters; for a controller, the union of both. Raises InputError for an unknown noun."""
+    """Return the class of a noun's parameters; for a controller, the union of two classes.
+
+    Raises
+    ------
+    InputError
+        For an unknown noun.
+    """
     from drake_aerial.io.strict_yaml import nearest
 
     if noun not in NOUNS:
-        raise InputError(f"no noun {noun!r}{nearest(noun, NOUNS)}: give one of {', '.join(NOUNS)}")
+        raise InputError(
+            f"`noun` must be one of {', '.join(NOUNS)}, got {noun!r}{nearest(noun, NOUNS)}"
+        )
     module, name = NOUNS[noun].rsplit(".", 1)
     return getattr(import_module(f"drake_aerial.{module}"), name)

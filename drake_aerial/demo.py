@@ -110,7 +110,7 @@ def run_demo(out: str | Path, *, seed: int = 0, progress: Progress | None = None
         flights[label].save(folders[method])
 
     tell(0.75, "drawing the contacts")
-    points = contacts["learnt contact"].evidence.features_S.p  # type: ignore[union-attr]
+    points = contacts["learnt contact"].query.scan.features_S.p  # type: ignore[union-attr]
     draw_contacts(out / "contacts.png", skill, points, contacts, heats=heats)
     tell(0.88, "drawing the flights")
     plot_flights(flights, out / "flights.png")
@@ -137,8 +137,8 @@ def _best(solutions: ContactSolutions, label: str) -> Solution:
 
 def _heat(solutions: ContactSolutions) -> np.ndarray:
     """Return the likelihood of a contact at each feature, in 0..1."""
-    assert solutions.evidence is not None
-    log = solutions.evidence.log_surface()
+    assert solutions.query is not None
+    log = solutions.query.log_surface()
     return np.exp(log - log.max())
 
 

@@ -14,3 +14,9 @@ class InputError(DrakeAerialError, ValueError):
 
 class JobError(DrakeAerialError, RuntimeError):
     """The input was good but the job failed, for instance because no contact is feasible."""
+
+
+def one_line(message: object) -> str:
+    """Return a message without line breaks and control characters, long ones shortened."""
+    text = "".join(c if c.isprintable() else " " for c in " ".join(str(message).split()))
+    return text if len(text) <= 1000 else f"{text[:600]} ... {text[-300:]}"

@@ -1,4 +1,4 @@
-"""What a user may give by file or by the name of a shipped model: skills and scans."""
+"""Read skills and scans from a file or by the name of a shipped model."""
 
 from __future__ import annotations
 
@@ -16,12 +16,19 @@ if TYPE_CHECKING:
 
 
 def read_skill(name_or_path: str | Path, *, seed: int = 0) -> ContactSkill:
-    """Return a skill from its .npz, or learn it now from a demonstration's YAML file or shipped name.
+    """Return a skill from its .npz, or learn it from a demonstration.
+
+    Parameters
+    ----------
+    name_or_path : str or Path
+        A skill's .npz, a demonstration's YAML file, or the name of a shipped demonstration.
+    seed : int
+        Random seed of the learning.
 
     Raises
     ------
     InputError
-        If there is no such file or demonstration, or the file is not a skill that this version reads.
+        If there is no such file or demonstration, or this version cannot read the file.
 
     Examples
     --------
@@ -39,7 +46,10 @@ def read_skill(name_or_path: str | Path, *, seed: int = 0) -> ContactSkill:
         return learn(Demonstration.read(name_or_path), seed=seed)
     if not os.path.isfile(path):
         shipped = ", ".join(model_files.names("demonstrations"))
-        raise InputError(f"no skill {str(name_or_path)!r}: give a skill .npz, or one of {shipped}")
+        raise InputError(
+            f"skill must be a .npz file, a demonstration's YAML file or one of {shipped}, "
+            f"got {str(name_or_path)!r} (no such file)"
+        )
     return ContactSkill.load(path)
 
 
@@ -50,23 +60,24 @@ def read_scan(
     up: Sequence[float] | None = None,
     camera: str | Path | None = None,
 ) -> PointCloud:
-    """Return a cloud [m] from a file, or the whole surface of a shipped payload by its name.
+    """Return a cloud from a file, or the whole surface of a shipped payload.
 
     Parameters
     ----------
     name_or_path : str or Path
-        A scan of any format that `PointCloud.read` takes, or a shipped payload's name.
+        A scan of any format that `PointCloud.read` takes, a depth image, or the name of a shipped
+        payload.
     viewpoint : (3,), optional
-        Where the sensor was, in the cloud's frame [m].
+        The sensor's position in the cloud's frame [m].
     up : (3,), optional
-        The direction against gravity in the cloud's frame; z by default.
+        Direction against gravity in the cloud's frame; z by default.
     camera : str or Path, optional
         Intrinsics (YAML) of a depth image, whose points are in the camera's frame.
 
     Raises
     ------
     InputError
-        If it is neither, or the cloud is refused.
+        If it is neither, or the cloud is not valid.
 
     Examples
     --------
@@ -74,8 +85,6 @@ def read_scan(
     >>> read_scan("box_68x61x28").extent.round(2).tolist()
     [0.68, 0.61, 0.28]
     """
-    import trimesh
-
     from drake_aerial.cloud.point_cloud import PointCloud
 
     path = Path(name_or_path)
@@ -83,20 +92,21 @@ def read_scan(
         from drake_aerial.scene.depth_image import read_depth_image
 
         if viewpoint is not None:
-            raise InputError("a depth image is seen from its camera; leave out the viewpoint")
+            raise InputError("`viewpoint` must not be given for a depth image: it is the origin")
         return read_depth_image(path, camera, up=up)
+    if os.path.exists(path) or path.suffix:
+        return PointCloud.read(path, viewpoint=viewpoint, up=up)
     names = model_files.names("payloads")
-    if not os.path.exists(path) and not path.suffix and str(name_or_path) in names:
-        from drake_aerial.geometry import transform
-        from drake_aerial.plant.payload import Payload
-
-        payload = Payload.read(name_or_path)
-        mesh = trimesh.Trimesh(
-            transform(payload.X_SP, payload.vertices), payload.faces, process=False
-        )
-        return PointCloud.read(mesh, viewpoint=viewpoint, up=up)
-    if not os.path.exists(path) and not path.suffix:
+    if str(name_or_path) not in names:
         raise InputError(
-            f"no scan {str(name_or_path)!r}: give a file, or one of the payloads {', '.join(names)}"
+            f"scan must be a file or one of the payloads {', '.join(names)}, "
+            f"got {str(name_or_path)!r} (no such file)"
         )
-    return PointCloud.read(path, viewpoint=viewpoint, up=up)
+    import trimesh
+
+    from drake_aerial.geometry import transform
+    from drake_aerial.plant.payload import Payload
+
+    payload = Payload.read(name_or_path)
+    mesh = trimesh.Trimesh(transform(payload.X_SP, payload.vertices), payload.faces, process=False)
+    return PointCloud.read(mesh, viewpoint=viewpoint, up=up)

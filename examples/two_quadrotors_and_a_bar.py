@@ -1,4 +1,4 @@
-"""Two quadrotors carry a bar, flown by a controller of your own: a LeafSystem wired to the station's ports."""
+"""Two quadrotors carry a bar. The controller is a LeafSystem connected to the station's ports."""
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
@@ -10,26 +10,25 @@ CONTACTS = np.array([[-0.4, 0.0, 0.03], [0.4, 0.0, 0.03]])  # on the bar, in its
 
 
 class Lifter(LeafSystem):
-    """Each quadrotor goes 1.5 m straight up in five seconds and stays: spring, damper, and its share of the weight."""
+    """Raises each quadrotor by 1.5 m in 5 s: spring, damper, and its share of the weight."""
 
     def __init__(self):
         super().__init__()
-        self._quadrotors = self.DeclareVectorInputPort(
-            "quadrotor_states", 26
-        )  # w x y z, position, rate, velocity
-        self.DeclareVectorOutputPort("thrust_vectors", 6, self._calc)  # in the world [N]
+        # Per quadrotor: w x y z, position, angular and linear velocity, in the world.
+        self._quadrotors = self.DeclareVectorInputPort("quadrotor_states", 26)
+        # In the world [N].
+        self.DeclareVectorOutputPort("thrust_vectors", 6, self._calc)
 
     def _calc(self, context, output):
         state = self._quadrotors.Eval(context).reshape(2, 13)
         height = 0.5 + 1.5 * min(context.get_time() / 5.0, 1.0)
         target = CONTACTS * [1.0, 1.0, 0.0] + [0.0, 0.0, height]
-        output.SetFromVector(
-            (6.0 * (target - state[:, 4:7]) - 3.0 * state[:, 10:13] + [0.0, 0.0, 3.9]).ravel()
-        )
+        thrust = 6.0 * (target - state[:, 4:7]) - 3.0 * state[:, 10:13] + [0.0, 0.0, 3.9]
+        output.SetFromVector(thrust.ravel())
 
 
 def main():
-    """Return the bar's state after ten seconds: w x y z, position [m], angular and linear velocity."""
+    """Return the bar's state after ten seconds: w x y z, position, angular and linear velocity."""
     builder = DiagramBuilder()
     station = builder.AddSystem(
         make_transport_station(Payload.from_box([1.0, 0.06, 0.06], 0.3), CONTACTS)

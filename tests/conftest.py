@@ -8,7 +8,6 @@ import pytest
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ.setdefault(name, "1")
 
-# The name of its entry point too, so that it is loaded once where the package is installed.
 pytest_plugins = ["drake_aerial.testing"]
 
 # Software rendering, so that a machine without a graphics card will do.

@@ -12,6 +12,7 @@ PACKAGE = Path(drake_aerial.__file__).parent
 # From the bottom up. A package may import from those above it in this list, and from itself.
 ORDER = (
     "_version",
+    "choices",
     "errors",
     "geometry",
     "parallel",

@@ -1,16 +1,20 @@
-"""The command line as its users meet it: exit codes, one line for bad input, nothing half-written."""
+"""The command line as users meet it: exit codes, one line for bad input, no partial files."""
 
+import argparse
+import ast
 import json
-import subprocess
-import sys
+import re
+import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
 
-from drake_aerial import Demonstration, learn
+from drake_aerial import Demonstration, choices, cli, learn
 from drake_aerial.cli import main
 
+PACKAGE = Path(cli.__file__).parent.parent
 CLOUD = "box.ply"
 
 
@@ -44,33 +48,94 @@ def run(capsys):
     return call
 
 
-def test_help_names_every_verb(run):
+def test_help_names_every_command(run):
     code, out, _ = run("--help")
     assert code == 0
-    for verb in ("demo", "learn", "transfer", "fly", "view"):
-        assert verb in out
+    for command in ("demo", "learn", "transfer", "fly", "view"):
+        assert command in out
 
 
-def test_help_starts_without_heavy_imports():
-    script = (
-        "import sys; from drake_aerial.cli import main\n"
-        "try: main(['--help'])\n"
-        "except SystemExit: pass\n"
-        "print([m for m in ('pydrake', 'open3d', 'scipy', 'matplotlib', 'trimesh') if m in sys.modules])"
-    )
-    result = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, check=True
-    )
-    assert result.stdout.splitlines()[-1] == "[]"
+def options_of_the_commands() -> dict[str, set[str]]:
+    """Return the options of each command."""
+    parser = cli._parser()
+    (commands,) = (a for a in parser._actions if isinstance(a, argparse._SubParsersAction))
+    return {
+        name: {option for action in command._actions for option in action.option_strings}
+        for name, command in commands.choices.items()
+    }
 
 
-def test_choices_are_those_of_the_library():
-    from drake_aerial.cli import fly, transfer
-    from drake_aerial.contacts.parameters import METHODS
-    from drake_aerial.simulation.beliefs import BELIEFS
+def messages() -> list[tuple[str, str]]:
+    """Return place and text of everything that the package raises, one line each."""
+    found = []
+    for path in sorted(PACKAGE.rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call):
+                texts = [
+                    part.value
+                    for argument in node.exc.args
+                    for part in ast.walk(argument)
+                    if isinstance(part, ast.Constant) and isinstance(part.value, str)
+                ]
+                found.append((f"{path.relative_to(PACKAGE)}:{node.lineno}", " ".join(texts)))
+    return found
 
-    assert set(transfer.METHODS) <= set(METHODS)
-    assert fly.BELIEFS == BELIEFS
+
+def test_every_option_that_a_text_of_the_package_names_exists():
+    known = {"--help", "--version"}.union(*options_of_the_commands().values())
+    unknown = []
+    for path in sorted(PACKAGE.rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str):
+                # Style sheets have names of one letter only.
+                words = re.findall(r"(?:^|[\s(`'\[])(--[a-z][a-z-]+)(?![\w:-])", node.value)
+                unknown += [f"{path.name}:{node.lineno} {w}" for w in words if w not in known]
+    assert unknown == []
+
+
+def test_a_command_in_a_text_of_the_package_exists_with_its_options():
+    known, seen = options_of_the_commands(), 0
+    for path in sorted(PACKAGE.rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str):
+                for command, rest in re.findall(r"drake-aerial ([a-z]+)\b([^\n`]*)", node.value):
+                    assert command in known, f"{path.name}:{node.lineno} {command}"
+                    options = set(re.findall(r"--[a-z-]+", rest))
+                    assert options <= known[command], f"{path.name}:{node.lineno} {command}{rest}"
+                    seen += 1
+    assert seen > 5
+
+
+def test_every_name_in_backquotes_that_a_message_advises_exists():
+    names = set()
+    for path in PACKAGE.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
+                names.add(node.name)
+            elif isinstance(node, ast.arg):
+                names.add(node.arg)
+            elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+                names.add(node.target.id)
+    advised = [
+        (place, name) for place, text in messages() for name in re.findall(r"`([a-z_]\w*)`", text)
+    ]
+    assert len(advised) > 5
+    assert [(place, name) for place, name in advised if name not in names] == []
+
+
+def test_the_methods_of_the_command_are_those_of_the_library(workshop, run, tmp_path):
+    """`control` too, which the message about missing votes advises."""
+    arguments = ("transfer", workshop / "skill.npz", workshop / CLOUD, "--out", tmp_path / "c.json")
+    assert run(*arguments, "--method", "control", "--top", 1)[0] in (0, 1)
+    assert json.loads((tmp_path / "c.json").read_text())["method"] == "control"
+
+
+def test_controllers_and_cables_of_the_help_are_those_of_the_library():
+    from drake_aerial.control.controller_parameters import CONTROLLERS
+    from drake_aerial.plant.cable import CableParameters
+
+    assert tuple(CONTROLLERS) == choices.CONTROLLERS
+    assert [CableParameters(kind).kind for kind in choices.CABLES] == list(choices.CABLES)
 
 
 def test_the_contacts_file_follows_the_contract(workshop):
@@ -232,7 +297,8 @@ def test_skills_of_another_schema_or_version_are_refused_by_name(workshop, run, 
 
 
 def test_a_demonstration_that_touches_nothing_is_refused(run, tmp_path):
-    text = "cloud: {box: [0.4, 0.3, 0.2], view: top}\ngrippers:\n  - {position: [0, 0, 0.3], axis: [0, 0, 1]}\n"
+    text = "cloud: {box: [0.4, 0.3, 0.2], view: top}\n"
+    text += "grippers:\n  - {position: [0, 0, 0.3], axis: [0, 0, 1]}\n"
     (tmp_path / "high.yaml").write_text(text)
     code, _, err = run("learn", tmp_path / "high.yaml", "--out", tmp_path / "s.npz")
     assert code == 2
@@ -326,6 +392,39 @@ def test_fly_writes_the_contracts_files(workshop, run, tmp_path):
     code, said, err = run("view", out / "trial.npz", "--out", tmp_path / "again.html")
     assert code == 0, err
     assert "trial" in said
+
+
+def test_fly_finds_the_scan_that_view_finds(workshop, run, tmp_path):
+    """A scan that has moved together with contacts.json."""
+    (tmp_path / "moved").mkdir()
+    contacts = json.loads((workshop / "contacts.json").read_text())
+    contacts["cloud"]["path"] = "/gone/" + CLOUD
+    (tmp_path / "moved" / "contacts.json").write_text(json.dumps(contacts))
+    shutil.copy(workshop / CLOUD, tmp_path / "moved" / CLOUD)
+    hover = tmp_path / "hover.yaml"
+    hover.write_text("kind: hover\nhover_time: 0.2\n")
+    moved = tmp_path / "moved" / "contacts.json"
+    assert run("view", moved, "--out", tmp_path / "page.html")[0] == 0
+    fly = ("fly", moved, "--mass", 0.2, "--trajectory", hover, "--out", tmp_path / "flight")
+    code, _, err = run(*fly)
+    assert code == 0, err
+
+
+def test_a_scan_that_is_gone_is_given_with_the_option_that_the_message_names(
+    workshop, run, tmp_path
+):
+    contacts = json.loads((workshop / "contacts.json").read_text())
+    contacts["cloud"]["path"] = None
+    (tmp_path / "contacts.json").write_text(json.dumps(contacts))
+    hover = tmp_path / "hover.yaml"
+    hover.write_text("kind: hover\nhover_time: 0.2\n")
+    fly = ("fly", tmp_path / "contacts.json", "--mass", 0.2, "--trajectory", hover)
+    code, _, err = run(*fly, "--out", tmp_path / "flight")
+    assert code == 2
+    assert err.count("\n") == 1
+    assert "--cloud" in err
+    code, _, err = run(*fly, "--cloud", workshop / CLOUD, "--out", tmp_path / "flight")
+    assert code == 0, err
 
 
 def test_learning_from_python_is_the_same(workshop):

@@ -121,7 +121,8 @@ def test_the_documented_files_are_what_is_written(tmp_path):
     from drake_aerial import Payload, read_skill
     from drake_aerial.references.trajectory import HoverTrajectory
     from drake_aerial.simulation.flight import Flight
-    from drake_aerial.simulation.suspended_payload import Suspension
+    from drake_aerial.simulation.flight_options import FlightOptions
+    from drake_aerial.simulation.suspended_payload import SuspendedPayload
 
     page = (DOCS / "files.md").read_text()
 
@@ -129,8 +130,8 @@ def test_the_documented_files_are_what_is_written(tmp_path):
         return page.split(f"## {title}\n")[1].split("\n## ")[0]
 
     payload = Payload.from_box([0.4, 0.4, 0.2], 0.25)
-    suspension = Suspension.hang(payload, [[0.0, 0.0, 0.1]], [[0.0, 0.0, 1.0]])
-    result = Flight(suspension, trajectory=HoverTrajectory(hover_time=0.5)).run(0)
+    suspension = SuspendedPayload.from_contacts(payload, [[0.0, 0.0, 0.1]], [[0.0, 0.0, 1.0]])
+    result = Flight(suspension, FlightOptions(trajectory=HoverTrajectory(hover_time=0.5))).run(0)
     for key in set(result.metrics) - {"schema", "version"}:
         assert f"`{key}`" in described("metrics.json"), key
     for key in ("controller_parameters", "station"):
@@ -149,7 +150,7 @@ def test_the_documented_files_are_what_is_written(tmp_path):
 
 def test_the_documented_nouns_are_those_of_configuration_files():
     from drake_aerial.configuration import NOUNS
-    from drake_aerial.io.typed_yaml.reading import record_from_mapping
+    from drake_aerial.io.records import record_from_mapping
     from drake_aerial.simulation.station_parameters import StationParameters
 
     page = (DOCS / "files.md").read_text().split("## Configuration files\n")[1].split("\n## ")[0]

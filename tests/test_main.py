@@ -1,32 +1,23 @@
-"""Ctrl-C before the command line is loaded: one line and 130, as later."""
+"""The command line as a process: `python -m drake_aerial` and the installed command."""
 
 import subprocess
 import sys
 
-import pytest
-
-INTERRUPTED_WHEN_IMPORTED = """
-import os, signal, sys
-
-class Finder:
-    def find_spec(self, name, path=None, target=None):
-        if name == {name!r}:
-            os.kill(os.getpid(), signal.SIGINT)
-
-sys.meta_path.insert(0, Finder())
-from drake_aerial.__main__ import entry_point
-sys.argv = ["drake-aerial", "defaults", "cable"]
-sys.exit(entry_point())
-"""
+from drake_aerial import __main__, __version__
+from drake_aerial.cli import main
 
 
-@pytest.mark.parametrize("name", ["drake_aerial.cli", "argparse", "drake_aerial.cli.view"])
-def test_ctrl_c_while_the_command_line_is_loaded(name):
+def test_the_module_and_the_installed_command_are_the_same():
+    assert __main__.entry_point is main
     done = subprocess.run(
-        [sys.executable, "-c", INTERRUPTED_WHEN_IMPORTED.format(name=name)],
-        capture_output=True,
-        text=True,
+        [sys.executable, "-m", "drake_aerial", "--version"], capture_output=True, text=True
     )
-    assert done.returncode == 130
-    assert done.stderr == "drake-aerial: interrupted; nothing was half-written\n"
-    assert done.stdout == ""
+    assert (done.returncode, done.stdout) == (0, f"drake-aerial {__version__}\n")
+
+
+def test_the_exit_code_is_that_of_the_command():
+    done = subprocess.run(
+        [sys.executable, "-m", "drake_aerial", "defaults", "nosuch"], capture_output=True, text=True
+    )
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1

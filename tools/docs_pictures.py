@@ -87,7 +87,7 @@ def contacts(path: Path) -> None:
 
     skill, scan = read_skill("flat"), scan_of(Payload.read("box_68x68x28"), seed=0)
     found = {method: transfer(skill, scan, method=method, top=3) for method in ("task", "kopicki")}
-    draw_contacts(path, skill, found["task"].evidence.features_S.p, found, most=3)
+    draw_contacts(path, skill, found["task"].query.scan.features_S.p, found, most=3)
 
 
 def likelihood(path: Path) -> None:
@@ -97,12 +97,12 @@ def likelihood(path: Path) -> None:
     from drake_aerial.visualization.rendering import render
 
     found = transfer(read_skill("curved"), read_scan("bunny"))
-    evidence = found.evidence
-    points = evidence.features_S.p
+    query = found.query
+    points = query.scan.features_S.p
     fields = {
-        "looks like the demonstrated contact": evidence.log_query(0),
-        "lies where the demonstrated contact lay": evidence.log_votes(),
-        "both, and the contacts found": evidence.log_surface(),
+        "looks like the demonstrated contact": query.log_query(0),
+        "lies where the demonstrated contact lay": query.log_votes(),
+        "both, and the contacts found": query.log_surface(),
     }
     images = {}
     for index, (title, log) in enumerate(fields.items()):
@@ -127,7 +127,7 @@ def formation(path: Path) -> None:
     for title, cloud in {"1.4 times as large": large, "a box": read_scan("box_68x68x28")}.items():
         found = transfer(skill, cloud, top=1)
         images[title] = render(
-            contacts_picture(found.evidence.features_S.p, found.solutions), size=PANEL
+            contacts_picture(found.query.scan.features_S.p, found.solutions), size=PANEL
         )
     _sheet(path, images, 3)
 
@@ -136,13 +136,15 @@ def flights(path: Path) -> None:
     """The same payload flown by its middle and by a contact 10 cm beside it."""
     from drake_aerial.plant.payload import Payload
     from drake_aerial.simulation.flight import Flight
-    from drake_aerial.simulation.suspended_payload import Suspension
+    from drake_aerial.simulation.suspended_payload import SuspendedPayload
     from drake_aerial.visualization.plots import plot_flights
 
     payload = Payload.read("box_68x61x28")
     shown = {}
     for offset in (0.0, 0.1):
-        suspension = Suspension.hang(payload, [[offset, 0.0, 0.14]], [[0.0, 0.0, 1.0]])
+        suspension = SuspendedPayload.from_contacts(
+            payload, [[offset, 0.0, 0.14]], [[0.0, 0.0, 1.0]]
+        )
         shown[f"{100 * offset:.0f} cm off the centre"] = Flight(suspension).run(0)
     plot_flights(shown, path)
 

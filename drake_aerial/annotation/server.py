@@ -17,6 +17,7 @@ import numpy as np
 
 from drake_aerial.annotation.draft import DemonstrationDraft
 from drake_aerial.errors import InputError
+from drake_aerial.io.strict_yaml import mapping_from_json
 from drake_aerial.skill.demonstration import CABLE_LENGTH
 
 _LARGEST_REQUEST = 1_000_000
@@ -68,7 +69,7 @@ class DemonstrationServer:
             self._server = ThreadingHTTPServer(("127.0.0.1", port), Handler)
         except (OSError, OverflowError) as error:
             raise InputError(
-                f"cannot listen on port {port}: {error}; give another --port, or 0 for any"
+                f"cannot listen on port {port}: {error}; give another port (--port), 0 for any free one"
             ) from error
         self._server.daemon_threads = True
         self.url = f"http://127.0.0.1:{self._server.server_address[1]}/{secret}/"
@@ -162,9 +163,7 @@ class _Handler(BaseHTTPRequestHandler):
             length = int(self.headers.get("Content-Length", ""))
             if not 0 <= length <= _LARGEST_REQUEST:
                 raise ValueError
-            request = json.loads(self.rfile.read(length))
-            if not isinstance(request, dict):
-                raise ValueError
+            request = mapping_from_json(self.rfile.read(length), "the request")
         except ValueError:
             self._send_json(
                 {"error": "a request should be one JSON object"}, HTTPStatus.BAD_REQUEST

@@ -1,45 +1,53 @@
-"""Arguments that several verbs take, and the kinds of number that argparse does not know."""
+"""Arguments that several commands share."""
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drake_aerial.cli.answer import tell_assumptions
+from drake_aerial.cli.output import say_assumptions
+from drake_aerial.errors import InputError
 
 if TYPE_CHECKING:
     from drake_aerial.cloud.point_cloud import PointCloud
 
+AXES = ("X", "Y", "Z")
 
-def add_scan(verb: argparse.ArgumentParser) -> None:
-    """Add the cloud, where its sensor was and which way is up."""
-    verb.add_argument(
+
+def add_scan(command: argparse.ArgumentParser) -> None:
+    """Add the cloud, its viewpoint and its up direction."""
+    command.add_argument(
         "cloud",
         metavar="CLOUD",
-        help="a scan (.ply .pcd .obj .stl .npy .npz .xyz .txt .csv .pts .las ...), "
-        "or the name of a shipped payload",
+        help="a scan in metres (.ply .pcd .obj .stl .npy .npz .xyz .txt .csv .pts .las ...), a depth "
+        "image (with --camera), or the name of a shipped payload",
     )
-    verb.add_argument(
-        "--viewpoint", type=float, nargs=3, metavar=("X", "Y", "Z"), help="where the sensor was [m]"
+    command.add_argument(
+        "--viewpoint",
+        type=float,
+        nargs=3,
+        metavar=AXES,
+        help="position of the sensor in the scan frame [m]",
     )
-    verb.add_argument(
+    command.add_argument(
         "--up",
         type=float,
         nargs=3,
-        metavar=("X", "Y", "Z"),
-        help="against gravity (default: 0 0 1; needed for a scan in camera axes)",
+        metavar=AXES,
+        help="up direction in the scan frame (default: 0 0 1; needed for a scan in camera axes)",
     )
-    verb.add_argument(
+    command.add_argument(
         "--camera",
         type=Path,
         metavar="FILE.yaml",
-        help="the intrinsics, if CLOUD is a depth image (.png .tif .npy .exr)",
+        help="intrinsics, if CLOUD is a depth image (.png .tif .npy .exr)",
     )
 
 
 def scan_of(arguments: argparse.Namespace) -> PointCloud:
-    """Read the cloud, and print what was assumed about it."""
+    """Return the cloud, and print what was assumed about it."""
     from drake_aerial.named_inputs import read_scan
 
     cloud = read_scan(
@@ -48,41 +56,63 @@ def scan_of(arguments: argparse.Namespace) -> PointCloud:
         up=arguments.up,
         camera=arguments.camera,
     )
-    tell_assumptions(cloud.assumptions)
+    say_assumptions(cloud.to_record())
     return cloud
 
 
-def add_parameters(verb: argparse.ArgumentParser, noun: str) -> None:
-    """Add a configuration file of the verb's own noun."""
-    verb.add_argument(
+def add_parameters(command: argparse.ArgumentParser, component: str) -> None:
+    """Add a configuration file of the command's own component."""
+    command.add_argument(
         "--parameters",
         metavar="FILE.yaml",
-        help=f"what differs from `drake-aerial defaults {noun}`",
+        help=f"YAML file that overrides the defaults (see `drake-aerial defaults {component}`)",
     )
 
 
-def add_seed(verb: argparse.ArgumentParser) -> None:
-    """Add the seed of everything random that the verb does."""
-    verb.add_argument(
-        "--seed", type=whole_number, default=0, help="of all that is random (default: 0)"
+def add_seed(command: argparse.ArgumentParser) -> None:
+    """Add the random seed."""
+    command.add_argument(
+        "--seed", type=whole_number(0), default=0, metavar="N", help="random seed (default: 0)"
     )
 
 
-def add_json(verb: argparse.ArgumentParser, what: str) -> None:
+def add_json(command: argparse.ArgumentParser, what: str) -> None:
     """Add the switch that prints `what` as one line of JSON."""
-    verb.add_argument("--json", action="store_true", help=f"print {what} as JSON on stdout")
+    command.add_argument("--json", action="store_true", help=f"print {what} as JSON on stdout")
 
 
-def positive_number(text: str) -> int:
-    """Return a whole number from 1."""
-    value = int(text) if text.lstrip("+").isdigit() else 0
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} given, a whole number from 1 is accepted")
-    return value
+def add_live(command: argparse.ArgumentParser, meaning: str) -> None:
+    """Add ``--live`` and its options."""
+    command.add_argument("--live", action="store_true", help=meaning)
+    command.add_argument(
+        "--port", type=int, help="port of Meshcat (default: the first free one from 7000)"
+    )
+    command.add_argument(
+        "--no-browser", action="store_true", help="print Meshcat's URL and open no browser"
+    )
 
 
-def whole_number(text: str) -> int:
-    """Return a whole number from 0."""
-    if not text.isdigit():
-        raise argparse.ArgumentTypeError(f"{text!r} given, a whole number from 0 is accepted")
-    return int(text)
+def live_is_wanted(arguments: argparse.Namespace) -> bool:
+    """Return True if ``--live`` is given.
+
+    Raises
+    ------
+    InputError
+        If it is not, but one of its options is.
+    """
+    if not arguments.live and (arguments.port is not None or arguments.no_browser):
+        raise InputError("--port and --no-browser need --live")
+    return bool(arguments.live)
+
+
+def whole_number(lowest: int) -> Callable[[str], int]:
+    """Return an argument type: whole numbers from `lowest`."""
+
+    def parse(text: str) -> int:
+        if not text.isdigit() or int(text) < lowest:
+            raise argparse.ArgumentTypeError(
+                f"must be a whole number of at least {lowest}, got {text!r}"
+            )
+        return int(text)
+
+    return parse

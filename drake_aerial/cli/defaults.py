@@ -1,34 +1,38 @@
-"""The verb ``defaults``: a noun's configuration file with all its defaults."""
+"""The command ``defaults``: print the default configuration of a component."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
+from drake_aerial.choices import CABLES, CONTROLLERS
 from drake_aerial.configuration import NOUNS
 
 
-def add_verb(verbs: argparse._SubParsersAction) -> None:
-    """Add the verb and its arguments."""
-    verb = verbs.add_parser(
+def add_command(commands: argparse._SubParsersAction) -> None:
+    """Add the command and its arguments."""
+    command = commands.add_parser(
         "defaults",
-        help="print a configuration file with all defaults, what they mean and their units",
-        description="Print the YAML file of a noun with all its defaults; keep of it what you change. It is read by learn --parameters "
-        "(learning; features and bandwidths are parts of it), transfer --parameters (transfer), and fly --station (station), --quadrotor, --cable, "
-        "--gripper, --wind, --controller and --payload.",
+        help="print the default configuration of a component, with meanings and units",
+        description="Print the default configuration of a component as YAML; keep only the keys "
+        "you change. The file is read by learn --parameters (learning, which includes features and "
+        "bandwidths), transfer --parameters (transfer), and by fly --station (station), "
+        "--quadrotor, --cable, --gripper, --wind, --controller and --payload.",
     )
-    verb.add_argument("noun", metavar="NOUN", help=", ".join(NOUNS))
-    verb.add_argument(
+    command.add_argument("noun", metavar="COMPONENT", help=", ".join(NOUNS))
+    command.add_argument(
         "--kind",
         metavar="KIND",
-        help="of a controller (mpc, geometric_ff, geometric) or cable (inextensible, elastic)",
+        help=f"of a controller ({', '.join(CONTROLLERS)}) or a cable ({', '.join(CABLES)})",
     )
-    verb.add_argument("--out", type=Path, metavar="FILE.yaml", help="write a file instead")
-    verb.set_defaults(run=run)
+    command.add_argument(
+        "--out", type=Path, metavar="FILE.yaml", help="write a file instead of printing"
+    )
+    command.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print the defaults, or write them."""
+    """Print the defaults, or write them to a file."""
     from drake_aerial.configuration import defaults_text
     from drake_aerial.io.files import write_text
 

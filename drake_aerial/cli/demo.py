@@ -1,4 +1,4 @@
-"""The verb ``demo``: the main job from start to end, in one folder."""
+"""The command ``demo``: the whole method on one example, in one folder."""
 
 from __future__ import annotations
 
@@ -6,28 +6,27 @@ import argparse
 from pathlib import Path
 
 from drake_aerial.cli.arguments import add_seed
-from drake_aerial.cli.progress import progress_bar
+from drake_aerial.cli.output import progress_bar
 
 
-def add_verb(verbs: argparse._SubParsersAction) -> None:
-    """Add the verb and its arguments."""
-    verb = verbs.add_parser(
-        "demo",
-        help="the main job, start to end: one demonstration, a new scan, two flights, a report",
+def add_command(commands: argparse._SubParsersAction) -> None:
+    """Add the command and its arguments."""
+    command = commands.add_parser(
+        "demo", help="run an example: learn from a demonstration, transfer, fly twice, report"
     )
-    verb.add_argument(
+    command.add_argument(
         "--out",
         type=Path,
         default=Path("demo_out"),
         metavar="DIR",
-        help="where the files go (default: demo_out)",
+        help="output folder (default: demo_out)",
     )
-    add_seed(verb)
-    verb.set_defaults(run=run)
+    add_seed(command)
+    command.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run the main job and print its summary."""
+    """Run the example and print its summary."""
     from drake_aerial.demo import run_demo
 
     with progress_bar("demo") as progress:

@@ -1,37 +1,47 @@
-"""The verb ``demonstrate``: a demonstration by clicks in the browser, or by positions."""
+"""The command ``demonstrate``: define a demonstration by clicks in the browser, or by positions."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
-from drake_aerial.cli.arguments import add_scan, scan_of
-from drake_aerial.cli.progress import say
+from drake_aerial.cli.arguments import AXES, add_scan, scan_of
+from drake_aerial.cli.output import say
 
 
-def add_verb(verbs: argparse._SubParsersAction) -> None:
-    """Add the verb and its arguments."""
-    verb = verbs.add_parser(
+def add_command(commands: argparse._SubParsersAction) -> None:
+    """Add the command and its arguments."""
+    command = commands.add_parser(
         "demonstrate",
-        help="make a demonstration: click contacts on a cloud in the browser, or give them with --at",
+        help="define a demonstration: click contacts on a cloud in the browser, or give positions",
     )
-    add_scan(verb)
-    verb.add_argument("--out", type=Path, required=True, metavar="DEMONSTRATION.yaml")
-    verb.add_argument(
+    add_scan(command)
+    command.add_argument(
+        "--out", type=Path, required=True, metavar="DEMONSTRATION.yaml", help="file to write"
+    )
+    command.add_argument(
         "--at",
         type=float,
         nargs=3,
         action="append",
-        metavar=("X", "Y", "Z"),
-        help="a contact [m], instead of the browser; once for each gripper",
+        metavar=AXES,
+        help="position of a contact [m], instead of a click; repeat for each gripper",
     )
-    verb.add_argument("--cable-length", type=float, default=0.5, metavar="M", help="(default: 0.5)")
-    verb.add_argument("--name", help="of the demonstration (default: the file's)")
-    verb.add_argument(
-        "--port", type=int, default=0, help="of the page on this machine (default: a free one)"
+    command.add_argument(
+        "--cable-length",
+        type=float,
+        default=0.5,
+        metavar="M",
+        help="cable length [m] (default: 0.5)",
     )
-    verb.add_argument("--no-browser", action="store_true", help="only say where the page is")
-    verb.set_defaults(run=run)
+    command.add_argument("--name", help="name of the demonstration (default: the file's name)")
+    command.add_argument(
+        "--port", type=int, default=0, help="port of the page (default: a free one)"
+    )
+    command.add_argument(
+        "--no-browser", action="store_true", help="print the page's URL and open no browser"
+    )
+    command.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:

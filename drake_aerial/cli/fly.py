@@ -1,34 +1,34 @@
-"""The verb ``fly``: fly one of the solutions of a transfer."""
+"""The command ``fly``: fly one of the solutions of a transfer."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
-from drake_aerial.cli.answer import answer, tell_assumptions
-from drake_aerial.cli.arguments import add_json, add_seed, positive_number
-from drake_aerial.cli.live import add_live, live_is_wanted, tell_address
-from drake_aerial.cli.progress import progress_bar
-
-# Named here again, since a parser that asked the library for them would load Drake to print its help.
-BELIEFS = ("below_contact", "geometric", "true")
+from drake_aerial.choices import BELIEFS, CABLES, CONTROLLERS
+from drake_aerial.cli.arguments import add_json, add_live, add_seed, live_is_wanted, whole_number
+from drake_aerial.cli.output import print_result, progress_bar, say, say_assumptions
 
 
-def add_verb(verbs: argparse._SubParsersAction) -> None:
-    """Add the verb and its arguments."""
-    verb = verbs.add_parser(
+def add_command(commands: argparse._SubParsersAction) -> None:
+    """Add the command and its arguments."""
+    command = commands.add_parser(
         "fly",
         help="fly one of the solutions of a transfer",
-        description="Fly one of the solutions of a transfer. What is known not to fly is refused before take-off with its reason: exit code 1 "
-        "for contacts (marked infeasible, no taut equilibrium, more than a quadrotor's share), 2 for a payload that the team cannot lift.",
+        description="Fly one of the solutions of a transfer. Infeasible set-ups are rejected "
+        "before the simulation, with the reason: exit code 1 if the contacts are marked infeasible, taut "
+        "cables cannot hold the payload or a quadrotor's share is too large; 2 if the team cannot "
+        "lift the payload.",
     )
-    verb.add_argument("contacts", type=Path, metavar="contacts.json")
-    verb.add_argument("--out", type=Path, required=True, metavar="DIR")
-    payload = verb.add_mutually_exclusive_group()
+    command.add_argument(
+        "contacts", type=Path, metavar="contacts.json", help="file that `transfer` wrote"
+    )
+    command.add_argument("--out", type=Path, required=True, metavar="DIR", help="output folder")
+    payload = command.add_mutually_exclusive_group()
     payload.add_argument(
         "--payload",
-        metavar="PAYLOAD",
-        help="a YAML file or the name of a shipped payload (default: the scan's hull)",
+        metavar="NAME|FILE",
+        help="payload: a shipped one or a YAML file (default: the scan's hull)",
     )
     payload.add_argument(
         "--mass",
@@ -36,60 +36,67 @@ def add_verb(verbs: argparse._SubParsersAction) -> None:
         metavar="KG",
         help="mass of a payload known by its scan alone (default: 0.25)",
     )
-    verb.add_argument("--solution", type=positive_number, default=1, metavar="RANK")
-    add_seed(verb)
-    verb.add_argument(
+    command.add_argument(
+        "--cloud",
+        metavar="CLOUD",
+        help="the scan, if contacts.json names no file or the file has moved",
+    )
+    command.add_argument(
+        "--solution",
+        type=whole_number(1),
+        default=1,
+        metavar="RANK",
+        help="rank of the solution (default: 1)",
+    )
+    add_seed(command)
+    command.add_argument(
         "--belief",
         choices=BELIEFS,
         default="below_contact",
-        help="what the controller takes for the centre of mass",
+        help="centre of mass and inertia that the controller believes in (default: below_contact)",
     )
-    verb.add_argument(
+    command.add_argument(
         "--controller",
         default="mpc",
         metavar="NAME|FILE",
-        help="mpc, geometric_ff, geometric, or a YAML file (default: mpc)",
+        help=f"{', '.join(CONTROLLERS)}, or a YAML file (default: mpc)",
     )
-    verb.add_argument(
+    command.add_argument(
         "--trajectory",
-        default="circle",
+        default="transport",
         metavar="NAME|FILE",
-        help="a trajectory's name or YAML file (default: circle)",
+        help="transport, hover, line, waypoints, or a YAML file (default: transport)",
     )
-    verb.add_argument(
-        "--station", metavar="FILE.yaml", help="team, wind, noise (default: the paper's)"
+    command.add_argument(
+        "--station",
+        metavar="FILE.yaml",
+        help="team, wind, sensors (default: the paper's); the next four override its parts",
     )
-    verb.add_argument(
-        "--quadrotor", metavar="FILE.yaml", help="all quadrotors, instead of the station's"
+    command.add_argument("--quadrotor", metavar="FILE.yaml", help="all quadrotors")
+    command.add_argument(
+        "--cable", metavar="KIND|FILE", help=f"all cables: {' or '.join(CABLES)}, or a YAML file"
     )
-    verb.add_argument(
-        "--cable",
-        metavar="KIND|FILE",
-        help="all cables, instead of the station's: a YAML file, or the kind alone, inextensible or elastic",
-    )
-    verb.add_argument(
-        "--gripper", metavar="FILE.yaml", help="all grippers, instead of the station's"
-    )
-    verb.add_argument("--wind", metavar="FILE.yaml", help="instead of the station's")
-    verb.add_argument(
+    command.add_argument("--gripper", metavar="FILE.yaml", help="all grippers")
+    command.add_argument("--wind", metavar="FILE.yaml", help="wind")
+    command.add_argument(
         "--force",
         action="store_true",
-        help="fly also a solution marked infeasible, contacts by which no taut cables hold the payload, or too heavy a payload",
+        help="fly although the contacts are infeasible or the payload is too heavy",
     )
-    verb.add_argument(
+    command.add_argument(
         "--graphviz",
         type=Path,
         metavar="FILE",
-        help="also draw the diagram (.dot, or .svg, .png, .pdf)",
+        help="also draw the diagram (.dot, .gv, .svg, .png or .pdf)",
     )
-    add_live(verb, "show the flight in Meshcat while it is simulated, not faster than real time")
-    add_json(verb, "the metrics")
-    verb.set_defaults(run=run)
+    add_live(command, "show the flight in Meshcat while it is simulated, in real time at most")
+    add_json(command, "the metrics")
+    command.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Fly the solution and save the trial with its replay; fail unless the flight is completed."""
-    from drake_aerial import prepare_flight, write_diagram_picture
+    """Fly the solution; save the trial and its replay. Fail unless the flight is completed."""
+    from drake_aerial import prepare_flight, read_scan, write_diagram_picture
     from drake_aerial.configuration import read_controller, read_station
     from drake_aerial.contacts.solutions import ContactSolutions
     from drake_aerial.visualization.replay import write_replay
@@ -108,6 +115,7 @@ def run(arguments: argparse.Namespace) -> int:
             payload=arguments.payload,
             mass=arguments.mass,
             solution=arguments.solution,
+            cloud=None if arguments.cloud is None else read_scan(arguments.cloud),
             belief=arguments.belief,
             controller=read_controller(arguments.controller),
             trajectory=arguments.trajectory,
@@ -123,15 +131,14 @@ def run(arguments: argparse.Namespace) -> int:
                 flight,
                 port=arguments.port,
                 open_browser=not arguments.no_browser,
-                tell=tell_address,
+                tell=lambda url: say(f"Meshcat: {url} (Ctrl-C: stop)"),
             ) as watch:
                 result = flight.run(arguments.seed, progress=progress, watch=watch)
         else:
             result = flight.run(arguments.seed, progress=progress)
     if arguments.payload is None:
-        assumptions = ContactSolutions.read(arguments.contacts).cloud.get("assumptions", [])
-        tell_assumptions(f"{known['kind']}: {known['text']}" for known in assumptions)
+        say_assumptions(ContactSolutions.read(arguments.contacts).cloud)
     result.save(arguments.out)
     write_replay(arguments.out / "flight.html", result)
-    answer(arguments.json, result.metrics, f"{result.summary()}\n-> {arguments.out}")
-    return 0 if result.metrics["outcome"] == "completed" else 1
+    print_result(arguments.json, result.metrics, f"{result.summary()}\n-> {arguments.out}")
+    return 0 if result.outcome == "completed" else 1

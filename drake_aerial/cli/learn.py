@@ -1,27 +1,29 @@
-"""The verb ``learn``: a contact skill from one demonstration."""
+"""The command ``learn``: learn a contact skill from one demonstration."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
-from drake_aerial.cli.answer import answer
 from drake_aerial.cli.arguments import add_json, add_parameters, add_seed
+from drake_aerial.cli.output import print_result
 
 
-def add_verb(verbs: argparse._SubParsersAction) -> None:
-    """Add the verb and its arguments."""
-    verb = verbs.add_parser("learn", help="learn a contact skill from one demonstration")
-    verb.add_argument(
+def add_command(commands: argparse._SubParsersAction) -> None:
+    """Add the command and its arguments."""
+    command = commands.add_parser("learn", help="learn a contact skill from one demonstration")
+    command.add_argument(
         "demonstration",
         metavar="DEMONSTRATION",
-        help="a YAML file or the name of a shipped demonstration",
+        help="a YAML file, or the name of a shipped demonstration",
     )
-    verb.add_argument("--out", type=Path, required=True, metavar="SKILL.npz")
-    add_parameters(verb, "learning")
-    add_seed(verb)
-    add_json(verb, "a summary")
-    verb.set_defaults(run=run)
+    command.add_argument(
+        "--out", type=Path, required=True, metavar="SKILL.npz", help="file to write"
+    )
+    add_parameters(command, "learning")
+    add_seed(command)
+    add_json(command, "a summary")
+    command.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -35,7 +37,7 @@ def run(arguments: argparse.Namespace) -> int:
         Demonstration.read(arguments.demonstration), seed=arguments.seed, parameters=parameters
     )
     skill.save(arguments.out)
-    answer(
+    print_result(
         arguments.json,
         {"skill": str(arguments.out), "label": skill.label, "grippers": len(skill)},
         f"learnt {skill.label!r} ({len(skill)} gripper(s)) -> {arguments.out}",

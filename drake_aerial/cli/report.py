@@ -1,26 +1,26 @@
-"""The verb ``report``: a study's figures and page from its records."""
+"""The command ``report``: write the figures and page of a study from its records."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
-from drake_aerial.cli.progress import progress_bar
+from drake_aerial.cli.output import progress_bar
 
 
-def add_verb(verbs: argparse._SubParsersAction) -> None:
-    """Add the verb and its arguments."""
-    verb = verbs.add_parser(
-        "report", help="rebuild a study's figures and report.html from its records"
+def add_command(commands: argparse._SubParsersAction) -> None:
+    """Add the command and its arguments."""
+    command = commands.add_parser(
+        "report", help="write the figures and report.html of a study from its records"
     )
-    verb.add_argument(
-        "folder", type=Path, metavar="DIR", help="a study's folder, with its records.jsonl"
+    command.add_argument(
+        "folder", type=Path, metavar="DIR", help="a study's folder, which holds records.jsonl"
     )
-    verb.set_defaults(run=run)
+    command.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Write the report and print where it is."""
+    """Write the report and print its path."""
     from drake_aerial.study.report.study_report import write_report
 
     with progress_bar("report") as progress:

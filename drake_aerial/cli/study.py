@@ -1,4 +1,4 @@
-"""The verb ``study``: fly a study, or go on with one."""
+"""The command ``study``: run a study, or resume it."""
 
 from __future__ import annotations
 
@@ -6,63 +6,73 @@ import argparse
 import sys
 from pathlib import Path
 
-from drake_aerial.cli.answer import answer
-from drake_aerial.cli.arguments import add_json, positive_number, whole_number
-from drake_aerial.cli.progress import progress_bar, progress_log, say
+from drake_aerial.cli.arguments import add_json, whole_number
+from drake_aerial.cli.output import print_result, progress_bar, progress_log, say
 
 
-def add_verb(verbs: argparse._SubParsersAction) -> None:
-    """Add the verb and its arguments."""
-    verb = verbs.add_parser(
+def add_command(commands: argparse._SubParsersAction) -> None:
+    """Add the command and its arguments."""
+    command = commands.add_parser(
         "study",
-        help="fly a study: conditions x methods x solutions x trials; goes on where it stopped",
+        help="run a study (conditions x methods x solutions x trials); resumes if interrupted",
     )
-    verb.add_argument(
-        "--out", type=Path, required=True, metavar="DIR", help="where records and report go"
+    command.add_argument(
+        "--out", type=Path, required=True, metavar="DIR", help="folder of records and report"
     )
-    verb.add_argument(
-        "--plan", default="paper", metavar="NAME|FILE", help="the study (default: paper)"
+    command.add_argument(
+        "--plan",
+        default="paper",
+        metavar="NAME|FILE",
+        help="a shipped study or a YAML file (default: paper)",
     )
-    verb.add_argument(
-        "--conditions", nargs="+", metavar="NAME", help="of the plan's conditions (default: all)"
+    command.add_argument(
+        "--conditions",
+        nargs="+",
+        metavar="NAME",
+        help="conditions to run (default: all of the plan)",
     )
-    verb.add_argument(
-        "--methods", nargs="+", metavar="NAME", help="of the plan's methods (default: all)"
+    command.add_argument(
+        "--methods", nargs="+", metavar="NAME", help="methods to run (default: all of the plan)"
     )
-    verb.add_argument(
-        "--beliefs", nargs="+", metavar="NAME", help="of the plan's beliefs (default: all)"
+    command.add_argument(
+        "--beliefs", nargs="+", metavar="NAME", help="beliefs to run (default: all of the plan)"
     )
-    verb.add_argument(
+    command.add_argument(
         "--solutions",
-        type=positive_number,
+        type=whole_number(1),
         metavar="N",
-        help="fly the best N (default: the plan's)",
+        help="fly the best N solutions (default: the plan's)",
     )
-    verb.add_argument(
-        "--trials", type=positive_number, metavar="N", help="fly each N times (default: the plan's)"
+    command.add_argument(
+        "--trials",
+        type=whole_number(1),
+        metavar="N",
+        help="trials of each solution (default: the plan's)",
     )
-    verb.add_argument(
-        "--seed", type=whole_number, help="all others derive from it (default: the plan's)"
+    command.add_argument(
+        "--seed", type=whole_number(0), metavar="N", help="master seed (default: the plan's)"
     )
-    verb.add_argument(
-        "--fly-infeasible", action="store_true", help="also fly solutions with reasons against them"
+    command.add_argument(
+        "--fly-infeasible", action="store_true", help="also fly infeasible solutions"
     )
-    where = verb.add_mutually_exclusive_group()
+    where = command.add_mutually_exclusive_group()
     where.add_argument(
         "--workers",
-        type=whole_number,
+        type=whole_number(0),
         metavar="N",
-        help="processes; 0: in this one (default: one per core)",
+        help="worker processes; 0: none, run here (default: one per core)",
     )
     where.add_argument(
-        "--scheduler", metavar="ADDRESS", help="a Dask scheduler, instead of local processes"
+        "--scheduler",
+        metavar="ADDRESS",
+        help="address of a Dask scheduler, instead of local processes",
     )
-    add_json(verb, "a summary")
-    verb.set_defaults(run=run)
+    add_json(command, "a summary")
+    command.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run the study and rebuild its report; fail where a flight could not be judged."""
+    """Run the study and write its report. Fail if a flight raised an error."""
     from drake_aerial import StudyPlan, run_study
     from drake_aerial.study.report.study_report import write_report
     from drake_aerial.study.workers import default_workers
@@ -93,7 +103,7 @@ def run(arguments: argparse.Namespace) -> int:
         report = write_report(arguments.out, progress=progress) if summary.outcomes else None
     for complaint in (*summary.complaints, *summary.errors):
         say(f"drake-aerial study: {complaint}")
-    answer(
+    print_result(
         arguments.json,
         summary.to_dict(),
         f"{summary}\n{report or 'no report: there are no records'}",

@@ -1,4 +1,4 @@
-"""The verb ``transfer``: where the grippers of a skill go on a new scan."""
+"""The command ``transfer``: find contacts on a new scan."""
 
 from __future__ import annotations
 
@@ -7,62 +7,67 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drake_aerial.cli.answer import answer, tell_assumptions
+from drake_aerial.choices import METHODS
 from drake_aerial.cli.arguments import (
     add_json,
     add_parameters,
     add_scan,
     add_seed,
-    positive_number,
     scan_of,
+    whole_number,
 )
-from drake_aerial.cli.progress import progress_bar
+from drake_aerial.cli.output import print_result, progress_bar, say_assumptions
 
 if TYPE_CHECKING:
     from drake_aerial.contacts.solutions import ContactSolutions
 
-# Named here again, since a parser that asked the library for them would load it to print its help.
-METHODS = ("task", "paper", "kopicki", "centroid")
 
-
-def add_verb(verbs: argparse._SubParsersAction) -> None:
-    """Add the verb and its arguments."""
-    verb = verbs.add_parser("transfer", help="find where the grippers go on a new scan")
-    verb.add_argument(
-        "skill", metavar="SKILL", help="a skill .npz, or the name of a shipped demonstration"
+def add_command(commands: argparse._SubParsersAction) -> None:
+    """Add the command and its arguments."""
+    command = commands.add_parser(
+        "transfer", help="find contacts for a skill's grippers on a new scan"
     )
-    add_scan(verb)
-    verb.add_argument("--out", type=Path, required=True, metavar="contacts.json")
-    verb.add_argument("--method", choices=METHODS, default="task")
-    verb.add_argument(
+    command.add_argument(
+        "skill",
+        metavar="SKILL",
+        help="a skill .npz, a demonstration's YAML file, or the name of a shipped demonstration",
+    )
+    add_scan(command)
+    command.add_argument(
+        "--out", type=Path, required=True, metavar="contacts.json", help="file to write"
+    )
+    command.add_argument(
+        "--method", choices=METHODS, default="task", help="search method (default: task)"
+    )
+    command.add_argument(
         "--top",
-        type=positive_number,
+        type=whole_number(1),
         default=5,
         metavar="N",
-        help="how many solutions (default: 5)",
+        help="number of solutions (default: 5)",
     )
-    add_parameters(verb, "transfer")
-    add_seed(verb)
-    verb.add_argument(
+    add_parameters(command, "transfer")
+    add_seed(command)
+    command.add_argument(
         "--mass",
         type=float,
         metavar="KG",
-        help="also judge whether the paper's quadrotors lift a payload of this mass (default: its mass is not judged)",
+        help="also check that the paper's quadrotors lift this payload mass (default: no check)",
     )
-    verb.add_argument(
+    command.add_argument(
         "--refine",
         action="store_true",
-        help="improve each solution by a MathematicalProgram; never makes one worse",
+        help="refine each solution with a MathematicalProgram; a worse one is not kept",
     )
-    verb.add_argument(
-        "--html", type=Path, metavar="FILE", help="also write a page that shows the contacts"
+    command.add_argument(
+        "--html", type=Path, metavar="FILE", help="also write an HTML page that shows the contacts"
     )
-    add_json(verb, "the contacts")
-    verb.set_defaults(run=run)
+    add_json(command, "the contacts")
+    command.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Transfer the skill, write the contacts; fail where none is feasible."""
+    """Transfer the skill and write the contacts. Fail if none is feasible."""
     from drake_aerial import read_parameters, transfer
     from drake_aerial.contacts.parameters import TransferParameters
     from drake_aerial.named_inputs import read_skill
@@ -89,20 +94,20 @@ def run(arguments: argparse.Namespace) -> int:
             from drake_aerial import refine
 
             solutions = refine(skill, solutions, parameters=parameters, progress=progress)
-    # Surface features add what was assumed about spacing and outside.
+    # The features add what was assumed about spacing and outside.
     found = solutions.cloud.get("assumptions", [])[len(cloud.assumptions) :]
-    tell_assumptions(f"{assumption['kind']}: {assumption['text']}" for assumption in found)
+    say_assumptions({"assumptions": found})
     solutions.write(arguments.out)
     if arguments.html:
         from drake_aerial.visualization.views import write_contacts_page
 
         write_contacts_page(arguments.html, solutions, cloud)
-    answer(arguments.json, solutions.to_dict(), f"{_table(solutions)}\n-> {arguments.out}")
+    print_result(arguments.json, solutions.to_dict(), f"{_table(solutions)}\n-> {arguments.out}")
     return 0 if any(solution.feasible for solution in solutions.solutions) else 1
 
 
 def _table(solutions: ContactSolutions) -> str:
-    """Return one line a solution: rank, likelihood, where, and whether it can be flown."""
+    """Return one line per solution: rank, likelihood, positions, feasibility."""
     lines = []
     for solution in solutions.solutions:
         where = "; ".join(" ".join(f"{x:+.3f}" for x in p) for p in solution.X_SG.p)

@@ -1,1 +1,1 @@
-"""Contacts on a new scan: query densities, search, feasibility, refinement, solutions. No flight."""
+"""Contacts on a new scan: densities, search, feasibility, refinement, solutions. No flight."""

@@ -5,20 +5,19 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from drake_aerial.cloud.point_cloud import PointCloud
+from drake_aerial.contacts.contact_query import ContactQuery
 from drake_aerial.contacts.parameters import TransferParameters
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, Pose
 from drake_aerial.io.files import write_text
-from drake_aerial.io.strict_yaml import shown
-from drake_aerial.io.typed_yaml.reading import record_from_mapping
-from drake_aerial.io.typed_yaml.writing import record_to_mapping
-
-if TYPE_CHECKING:
-    from drake_aerial.contacts.contact_query import Evidence
+from drake_aerial.io.record_text import record_to_mapping
+from drake_aerial.io.records import record_from_mapping
+from drake_aerial.io.strict_yaml import read_json, shown
 
 SCHEMA = "drake_aerial/contacts"
 VERSION = 1
@@ -35,13 +34,13 @@ class Solution:
     log_likelihood : float
         log J; comparable within one transfer only.
     feasible : bool
-        Whether nothing speaks against flying it.
+        Whether the solution passes all feasibility checks.
     reasons : tuple of str
-        What does.
+        The checks that it fails, in words.
     X_SG : Pose
         Grippers, batch (n,): positions [m], rotations with z along the gripper's axis.
     normal : (n, 3) array
-        Outward unit normals of the surface at the contacts.
+        Outward unit normals of the surface at the contacts, in S.
     X_SQ : Pose
         Quadrotors, batch (n,).
     """
@@ -55,7 +54,7 @@ class Solution:
     X_SQ: Pose
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the solution as it stands in contacts.json."""
+        """Return the solution's entry of contacts.json."""
         grippers = [
             {"position": p.tolist(), "quaternion_wxyz": q.tolist(), "normal": n.tolist()}
             for p, q, n in zip(self.X_SG.p, self.X_SG.q, self.normal)
@@ -97,21 +96,25 @@ class ContactSolutions:
     Attributes
     ----------
     method : str
-        How they were found.
+        Name of the method.
     seed : int
-        The seed.
+        Random seed of the transfer.
     skill : str
-        The skill's label.
+        Label of the skill.
     cloud : dict
-        `path`, `sha256`, `points` (count), `dropped_points`, `centroid` (3,) [m], `up` (3,) and `viewpoint` (3,) [m] or
-        None of the cloud.
-    parameters : TransferParameters or None
-        With which they were found; None for contacts that were given, or written without.
+        Record of the cloud: `path`, `sha256`, `points` (count), `dropped_points`, `centroid` (3,)
+        [m], `up` (3,), and `viewpoint` (3,) [m] or None.
     timing : dict
-        `features_s`, `query_s`, `optimise_s` [s].
+        Wall-clock times `features_s`, `query_s`, `optimise_s` [s].
     solutions : tuple of Solution
-    evidence : Evidence or None
-        What they were found from, for pictures; not written to the file.
+        Ranked solutions.
+    parameters : TransferParameters or None
+        Parameters of the transfer; None for contacts that were given, or written without them.
+    query : ContactQuery or None
+        Scan and densities that were searched, for pictures and `refine`. None for `centroid`,
+        which has none, and for solutions read from a file, which does not hold them.
+    scan : PointCloud or None
+        Cloud that the contacts were found on; not written to the file.
 
     Examples
     --------
@@ -130,7 +133,8 @@ class ContactSolutions:
     timing: dict[str, float]
     solutions: tuple[Solution, ...]
     parameters: TransferParameters | None = None
-    evidence: Evidence | None = field(default=None, repr=False)
+    query: ContactQuery | None = field(default=None, repr=False)
+    scan: PointCloud | None = field(default=None, repr=False)
 
     def __len__(self) -> int:
         return len(self.solutions)
@@ -139,13 +143,21 @@ class ContactSolutions:
         return self.solutions[index]
 
     @property
+    def X_SG(self) -> Pose:
+        """Grippers of all K solutions in S, batch (K, n); there must be at least one solution."""
+        return Pose(
+            np.stack([solution.X_SG.p for solution in self.solutions]),
+            np.stack([solution.X_SG.q for solution in self.solutions]),
+        )
+
+    @property
     def best(self) -> Solution | None:
         """The likeliest feasible solution, or None."""
         return next((solution for solution in self.solutions if solution.feasible), None)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the content of contacts.json: lengths in metres, in the cloud's frame."""
-        document = {
+        document: dict[str, Any] = {
             "schema": SCHEMA,
             "version": VERSION,
             "units": "m",
@@ -157,11 +169,9 @@ class ContactSolutions:
             "timing": self.timing,
             "solutions": [solution.to_dict() for solution in self.solutions],
         }
-        return (
-            document
-            if self.parameters is None
-            else {**document, "parameters": record_to_mapping(self.parameters)}
-        )
+        if self.parameters is not None:
+            document["parameters"] = record_to_mapping(self.parameters)
+        return document
 
     def to_json(self) -> str:
         """Return contacts.json as text."""
@@ -186,20 +196,14 @@ class ContactSolutions:
         InputError
             If the file is missing, is not JSON, has another schema or version, or is incomplete.
         """
-        try:
-            values = json.loads(Path(path).read_text(encoding="utf-8"))
-        except OSError as error:
-            raise InputError(
-                f"cannot read contacts from {path}: {error.strerror or error}"
-            ) from error
-        except (ValueError, RecursionError) as error:
-            raise InputError(f"{path} is not JSON: {error}") from error
-        schema = values.get("schema") if isinstance(values, dict) else None
+        values = read_json(path)
+        schema = values.get("schema")
         if schema != SCHEMA:
             raise InputError(f"{path} has the schema {shown(schema)}; contacts have {SCHEMA!r}")
         if values.get("version") != VERSION:
             raise InputError(
-                f"{path} has contacts of version {shown(values.get('version'))}; this program reads {VERSION}"
+                f"{path} has contacts of version {shown(values.get('version'))}; "
+                f"this program reads {VERSION}"
             )
         given = values.get("parameters")
         try:
@@ -223,7 +227,7 @@ class ContactSolutions:
 def _rows(entries: list[dict[str, Any]], key: str, count: int) -> Array:
     rows = np.array([entry[key] for entry in entries], dtype=float)
     if rows.shape != (len(entries), count) or not np.isfinite(rows).all():
-        raise ValueError(f"{key} should be {count} finite numbers")
+        raise ValueError(f"`{key}` must be {count} finite numbers")
     return rows
 
 

@@ -1,1 +1,1 @@
-"""Controllers as LeafSystems: MPC, geometric laws, attitude loop, allocation, take-off. No plant."""
+"""Controllers as LeafSystems: MPC, geometric laws, attitude loop, allocation; no plant."""

@@ -1,4 +1,4 @@
-"""From thrust and moments to four propeller speeds, with the limits of each propeller; pure functions."""
+"""Allocation of thrust and moments to four propeller speeds within their limits."""
 
 from __future__ import annotations
 
@@ -16,18 +16,23 @@ Four = tuple[float, float, float, float]
 
 @dataclass(frozen=True, eq=False)
 class Allocation:
-    """Four propellers that push along +z of the quadrotor's frame Q.
+    """Four propellers with thrust along +z of the quadrotor's frame Q.
 
     Parameters
     ----------
     p_QR : (4, 3) array
-        Propeller positions in Q [m], Q's origin being the quadrotor's CoM.
+        Propeller positions in Q [m]; Q's origin is the quadrotor's CoM.
     thrust_ratio : float
         Thrust per squared speed [N/rpm^2].
     moment_ratio : (4,) array
-        Moment about z per squared speed [N m/rpm^2], signed by the propeller's sense.
+        Moment about z per squared speed [N m/rpm^2], signed by the sense of rotation.
     min_rpm, max_rpm : float
         Speed limits of every propeller [rpm].
+
+    Raises
+    ------
+    InputError
+        If a shape or a limit is wrong, or the propellers cannot apply all moments.
     """
 
     p_QR: Any
@@ -40,18 +45,21 @@ class Allocation:
         p, k = np.asarray(self.p_QR, float), np.asarray(self.moment_ratio, float)
         if p.shape != (4, 3) or k.shape != (4,):
             raise InputError(
-                f"four propellers are needed, p_QR (4, 3) and moment_ratio (4,), got {p.shape}, {k.shape}"
+                "`p_QR` and `moment_ratio` must be of shapes (4, 3) and (4,), got "
+                f"{p.shape} and {k.shape}"
             )
-        if not 0.0 <= self.min_rpm < self.max_rpm or not self.thrust_ratio > 0.0:
+        if not 0.0 <= self.min_rpm < self.max_rpm:
             raise InputError(
-                "propellers need 0 <= min_rpm < max_rpm and thrust_ratio > 0 but got "
-                f"{self.min_rpm}, {self.max_rpm}, {self.thrust_ratio}"
+                f"`min_rpm` must be in [0, max_rpm) = [0, {self.max_rpm}) rpm, got {self.min_rpm}"
             )
+        if not self.thrust_ratio > 0.0:
+            raise InputError(f"`thrust_ratio` must be positive, got {self.thrust_ratio}")
         kf = self.thrust_ratio
         G = np.array([np.full(4, kf), kf * p[:, 1], -kf * p[:, 0], k])
         if abs(np.linalg.det(G / np.linalg.norm(G, axis=1, keepdims=True))) < 1e-6:
             raise InputError(
-                "these four propellers cannot make thrust and three moments independently"
+                "the propellers must apply thrust and three moments independently, got linearly "
+                "dependent positions and moment ratios"
             )
         object.__setattr__(self, "p_QR", p)
         object.__setattr__(self, "moment_ratio", k)
@@ -62,7 +70,7 @@ class Allocation:
         object.__setattr__(self, "_rows", tuple(np.transpose(columns).ravel().tolist()))
 
     matrix = np.zeros((4, 4))
-    """G (4, 4): squared speeds to thrust [N] and moments about Q's x, y, z [N m]."""
+    """Matrix G (4, 4) from squared speeds to thrust [N] and moments about Q's x, y, z [N m]."""
     _columns: tuple[Four, Four, Four, Four] = ((0.0,) * 4,) * 4
     _rows: tuple[float, ...] = (0.0,) * 16
     _limits: tuple[float, float] = (0.0, 0.0)
@@ -85,14 +93,14 @@ class Allocation:
 def allocate(
     propellers: Allocation, thrust: float, mx: float, my: float, mz: float
 ) -> tuple[list[float], bool]:
-    """Return squared speeds [rpm^2] for a thrust [N] and moments [N m], and whether a limit was met.
+    """Return squared speeds [rpm^2] for a thrust [N] and moments [N m], and whether they saturate.
 
-    Inside the limits the wrench is met exactly. Otherwise yaw is given up first, then thrust is shifted just as far as
-    roll and pitch need, and last roll and pitch are scaled down together: what keeps the vehicle upright goes last.
-    Every squared speed returned lies within the limits.
+    Within the limits the wrench is exact. Otherwise yaw is reduced first, then thrust is shifted as
+    far as roll and pitch need, and last roll and pitch are scaled down together, because they keep
+    the vehicle upright. All returned squared speeds are within the limits.
     """
     low, high = propellers._limits
-    # Written out: this is asked for every quadrotor at every step of the plant, and nearly always ends here.
+    # Written out, since it runs at every plant step and nearly always returns here.
     f1, x1, y1, z1, f2, x2, y2, z2, f3, x3, y3, z3, f4, x4, y4, z4 = propellers._rows
     a = thrust * f1 + mx * x1 + my * y1 + mz * z1
     b = thrust * f2 + mx * x2 + my * y2 + mz * z2
@@ -112,7 +120,7 @@ def allocate(
             elif extra < 0.0:
                 keep = min(keep, (low - base) / extra)
         return [min(max(plain[i] + keep * yaw[i], low), high) for i in range(4)], True
-    # With equal propellers every entry of cf is the same; the smallest room decides in any case.
+    # The propeller with the smallest margin decides.
     spread = max(tilt) - min(tilt)
     scale = min(1.0, (high - low) / spread) if spread > 0.0 else 1.0
     tilt = [scale * x for x in tilt]

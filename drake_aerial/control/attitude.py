@@ -1,4 +1,4 @@
-"""The quadrotors' attitude loop: from thrust vectors to propeller commands, for all quadrotors at once."""
+"""Attitude loop of the quadrotors: from thrust vectors to propeller commands."""
 
 from __future__ import annotations
 
@@ -15,23 +15,22 @@ from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
 
 ROTATION_GAIN = (0.25, 0.25, 0.08)
-"""Moment per attitude error about x, y, z [N m]; the paper's table, row "rot" of the controller."""
+"""Moment per attitude error about x, y, z [N m]; row "rot" of the paper's table."""
 RATE_GAIN = (0.025, 0.025, 0.005)
-"""Moment per angular velocity about x, y, z [N m s]; the paper's table, row "ang" of the controller."""
+"""Moment per angular velocity about x, y, z [N m s]; row "ang" of the paper's table."""
 
 _MIN_SLOPE = 0.2
-"""The least vertical share of a thrust vector, per horizontal newton: no command turns a quadrotor over."""
-
+"""Smallest ratio of vertical to horizontal thrust, so that no command turns a quadrotor over."""
 
 Target = tuple[float, float, float, float, float, float, float]
-"""A thrust vector in the world [N] and the attitude q_WQ (w, x, y, z) in which a quadrotor pushes along it, yaw zero."""
+"""Thrust vector in the world [N], and the attitude q_WQ (w, x, y, z) along it with yaw zero."""
 
 
 def attitude_target(thrust_vector: Sequence[float]) -> Target:
     """Return the target of a commanded thrust vector (3,) in the world [N].
 
-    The desired z is along the command, the desired y normal to the plane of it and the world's x: a turn about the world's x, then one
-    about the new y.
+    The desired z is along the command, the desired y normal to it and to the world's x: a rotation
+    about the world's x, then one about the new y.
     """
     ux, uy, uz = thrust_vector
     horizontal = sqrt(ux * ux + uy * uy)
@@ -39,7 +38,7 @@ def attitude_target(thrust_vector: Sequence[float]) -> Target:
     size = sqrt(horizontal * horizontal + z * z)
     cx, cy, cz = ux / size, uy / size, z / size
     side = sqrt(cz * cz + cy * cy)
-    # Half angles; both turns are by less than 90 deg.
+    # Half angles; both rotations are by less than 90 deg.
     c1 = sqrt(0.5 + 0.5 * cz / side)
     s1 = -0.5 * cy / (side * c1)
     c2 = sqrt(0.5 + 0.5 * side)
@@ -62,7 +61,7 @@ def attitude_law(
     gains : 6 floats
         Gains on attitude error and on angular velocity about x, y, z.
     """
-    # Plain floats, written out: for one to six quadrotors they are several times faster than arrays of three.
+    # Plain floats: for one to six quadrotors they are several times faster than small arrays.
     w, x, y, z, _, _, _, wx, wy, wz, _, _, _ = state
     ux, uy, uz, dw, dx, dy, dz = target
     x2, y2, z2 = x + x, y + y, z + z
@@ -73,7 +72,8 @@ def attitude_law(
     q = (xy - az) * wx + (1.0 - xx - zz) * wy + (yz + ax) * wz
     c1, c2, c3 = xz + ay, yz - ax, 1.0 - xx - yy
     r = c1 * wx + c2 * wy + c3 * wz
-    # e_R = vee(R_d^T R - R^T R_d) / 2 is twice the product of the parts of the quaternion between the two.
+    # e_R = vee(R_d^T R - R^T R_d) / 2 is twice the product of the scalar and vector parts of the
+    # quaternion between the two attitudes.
     e = 2.0 * (dw * w + dx * x + dy * y + dz * z)
     ex = e * (dw * x - dx * w - dy * z + dz * y)
     ey = e * (dw * y + dx * z - dy * w - dz * x)
@@ -94,28 +94,34 @@ def attitude_law(
 
 
 class AttitudeController(LeafSystem):
-    """Turns each quadrotor so that it pushes along its commanded thrust vector, yaw zero.
+    """Turns each quadrotor to the direction of its commanded thrust vector, with yaw zero.
 
-    The law is M = -K_rot e_R - K_ang W + W x J W with e_R = vee(R_d^T R - R^T R_d) / 2; the thrust is the command's
-    component along the quadrotor's own z. No rate is fed forward. Stateless: its rate is that of whoever reads it.
+    The law is M = -K_rot e_R - K_ang W + W x J W with e_R = vee(R_d^T R - R^T R_d) / 2. The thrust
+    is the component of the command along the quadrotor's z. No rate is fed forward. The system has
+    no state.
 
-    | port | size | meaning |
-    |---|---|---|
-    | in `quadrotor_states` | 13 n | quaternion, position, angular and linear velocity of each Q in the world |
-    | in `thrust_vectors` | 3 n | commanded thrust of each quadrotor in the world [N] |
-    | out `propeller_commands` | 4 n | squared speeds, each within its limits [rpm^2] |
-    | out `saturated` | n | 1 where a propeller's limit changed the wrench, else 0 |
-    | out `thrusts` | n | thrust that the propellers are commanded to make [N] |
-    | out `moments` | 3 n | moments that they are commanded to make, in Q [N m] |
+    | port | size | meaning | unit | frame |
+    |---|---|---|---|---|
+    | in `quadrotor_states` | 13 n | w x y z, p, angular, linear velocity | m, rad/s, m/s | world |
+    | in `thrust_vectors` | 3 n | commanded thrusts | N | world |
+    | out `propeller_commands` | 4 n | squared speeds, within their limits | rpm^2 | - |
+    | out `saturated` | n | 1: a propeller's limit changed the wrench, else 0 | - | - |
+    | out `thrusts` | n | thrusts of the commanded speeds | N | z of Q |
+    | out `moments` | 3 n | moments of the commanded speeds | N m | Q |
 
     Parameters
     ----------
     propellers : sequence of n Allocation
-        The propellers of each quadrotor.
+        Propellers of each quadrotor.
     inertia : (3, 3) or (n, 3, 3) array
         Inertia about each quadrotor's CoM in Q [kg m^2].
     rotation_gain, rate_gain : (3,) arrays
         Gains on attitude error [N m] and angular velocity [N m s].
+
+    Raises
+    ------
+    InputError
+        If there are no propellers, or the inertia has another shape.
     """
 
     def __init__(
@@ -130,7 +136,8 @@ class AttitudeController(LeafSystem):
         J = np.asarray(inertia, float)
         if n == 0 or J.shape not in ((3, 3), (n, 3, 3)):
             raise InputError(
-                f"inertia must be (3, 3) or ({n}, 3, 3) for n >= 1 quadrotors but got {J.shape}"
+                f"`inertia` must be (3, 3) or (n, 3, 3) for n >= 1 quadrotors, got {J.shape} "
+                f"for {n}"
             )
         self._propellers = tuple(propellers)
         self._inertia = np.broadcast_to(J, (n, 3, 3)).reshape(n, 9).tolist()
@@ -140,7 +147,7 @@ class AttitudeController(LeafSystem):
         )
         self._states = self.DeclareVectorInputPort("quadrotor_states", 13 * n)
         self._thrusts = self.DeclareVectorInputPort("thrust_vectors", 3 * n)
-        # Commands are held for several steps of the plant: their attitudes are worked out once.
+        # Commands are held for several plant steps; their attitudes are computed once.
         producer = ValueProducer(allocate=lambda: Value[object](), calc=self._calc_targets)
         self._targets = self.DeclareCacheEntry("targets", producer, {self._thrusts.ticket()})
         sources = {self._states.ticket(), self._thrusts.ticket()}
@@ -154,7 +161,7 @@ class AttitudeController(LeafSystem):
         value.set_value([attitude_target(u[k : k + 3]) for k in range(0, len(u), 3)])
 
     def _commands(self, context: Context) -> list[tuple[list[float], bool]]:
-        """Return squared speeds (4) [rpm^2] of each quadrotor, and whether a limit was met."""
+        """Return squared speeds (4) [rpm^2] of each quadrotor, and whether they saturate."""
         targets, states, gains = (
             self._targets.Eval(context),
             self._states.Eval(context).tolist(),

@@ -1,22 +1,56 @@
-"""Everything about a controller but what it believes: its kind, its options and its weights or gains."""
+"""Configuration of the flight controllers: kind, options, weights or gains; not the model."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
-from typing import Any, Literal, TypeAlias
+from dataclasses import field
+from typing import Annotated, Literal, TypeAlias
 
-from drake_aerial.control.geometric import GeometricGains
+import numpy as np
+from annotated_types import Lt
+
 from drake_aerial.control.mpc.horizon import STAGES
-from drake_aerial.control.mpc.payload_mpc import MpcWeights
 from drake_aerial.control.take_off import TakeOff
+from drake_aerial.errors import InputError
 from drake_aerial.estimation.disturbance_observer import DisturbanceObserver
 from drake_aerial.estimation.observation import PositionFilter
+from drake_aerial.io.records import Count, NonNegative, OneOrMany, Positive, record
+
+Gain = tuple[NonNegative, NonNegative, NonNegative]
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
+class MpcWeights:
+    """Weights of the MPC's cost per second of horizon, on squared deviations."""
+
+    position: NonNegative = 100.0
+    """Position of the tracked point [1/m^2]."""
+    velocity: NonNegative = 10.0
+    """Velocity of the tracked point [s^2/m^2]."""
+    attitude: NonNegative = 2.0
+    """Attitude of a payload on several cables [1/rad^2]."""
+    rate: NonNegative = 0.5
+    """Angular velocity of a payload on several cables [s^2/rad^2]."""
+    swing: NonNegative = 0.2
+    """Tilt of a payload on one cable [1/rad^2]. The tilt is not actuated: with a large weight, a
+    flight with a wrong belief of the centre of mass becomes unstable."""
+    swing_rate: NonNegative = 0.3
+    """Tilt rate of a payload on one cable [s^2/rad^2]."""
+    direction: NonNegative = 2.0
+    """Directions of the cables [1/rad^2]."""
+    direction_rate: NonNegative = 0.5
+    """Angular velocities of the cables [s^2/rad^2]."""
+    thrust: NonNegative = 0.0
+    """Thrusts [1/N^2]."""
+    input: Positive = 1.0
+    """Commanded thrusts [1/N^2]."""
+    view: NonNegative = 2e4
+    """Cosine by which the payload is outside a camera's view, if `field_of_view` is given
+    (dimensionless)."""
+
+
+@record(frozen=True)
 class MpcParameters:
-    """Of the model predictive controller, `PayloadMpc`.
+    """Parameters of the model predictive controller, `PayloadMpc`.
 
     Examples
     --------
@@ -26,38 +60,58 @@ class MpcParameters:
     """
 
     kind: Literal["mpc"] = "mpc"
-    """The geometric laws, geometric_ff and geometric, have other options."""
-    stages: int | Sequence[int] = STAGES
-    """The lengths of the horizon's steps, in units of `step`; a number alone is so many equal steps."""
-    step: float = 0.05
-    """The shortest step [s]."""
-    ticks_per_plan: int = 2
-    """How many ticks a plan serves."""
+    """mpc; the geometric laws, geometric_ff and geometric, have other options."""
+    stages: OneOrMany[Count] = STAGES
+    """Lengths of the horizon's steps, in units of `step`; a number N alone for N steps of length
+    1."""
+    step: Positive = 0.05
+    """Shortest step of the horizon [s]."""
+    ticks_per_plan: Count = 2
+    """Re-plan at every so many control steps; in between the first input is held."""
     weights: MpcWeights = field(default_factory=MpcWeights)
-    """Per second of horizon, on squared deviations."""
-    integral_gain: float = 0.0
-    """Rate at which a remaining position error moves the reference [1/s]; 0 is off."""
-    integral_limit: float = 0.3
-    """Largest shift of the reference by that [m]."""
-    field_of_view: float | None = None
-    """Full angle of a camera under each quadrotor in whose view the payload is kept [rad]; None is off."""
+    """Weights of the cost."""
+    integral_gain: NonNegative = 0.0
+    """Rate at which a remaining position error moves the reference [1/s]; 0 for off."""
+    integral_limit: NonNegative = 0.3
+    """Largest shift of the reference by the integral [m]."""
+    field_of_view: Annotated[Positive, Lt(np.pi)] | None = None
+    """Full angle of a camera under each quadrotor that keeps the payload in view [rad]; None for
+    off."""
     observer: DisturbanceObserver | None = None
-    """Of forces and a moment that the model does not know of: wind, a wrong mass; None is off."""
-    period: float = 0.02
-    """Of the ticks [s]."""
+    """Observer of unmodelled forces and a moment, such as wind or a wrong mass; None for off."""
+    period: Positive = 0.02
+    """Control period [s]."""
     take_off: TakeOff = field(default_factory=TakeOff)
-    """How to get into the air from the ground."""
+    """Take-off from the ground."""
     position_filter: PositionFilter | None = None
-    """Of the measured payload position; None: matched to the station's noise."""
+    """Filter of the measured payload position; None for one that fits the station's noise."""
 
-    def options(self) -> dict[str, Any]:
-        """Return the keywords of `PayloadMpc`."""
-        return _options(self)
+    def __post_init__(self) -> None:
+        if (self.stages if isinstance(self.stages, int) else len(self.stages)) < 2:
+            raise InputError(f"`stages` must have at least 2 steps, got {self.stages}")
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
+class GeometricGains:
+    """Gains of the geometric laws along x, y and z: the paper's table."""
+
+    position: Gain = (1.45, 1.45, 3.0)
+    """Position of the payload [1/s^2]."""
+    velocity: Gain = (3.7, 3.2, 2.5)
+    """Velocity of the payload [1/s]."""
+    rotation: Gain = (0.5, 0.5, 0.02)
+    """Attitude of the payload [N m]."""
+    rate: Gain = (0.16, 0.16, 0.04)
+    """Angular velocity of the payload [N m s]."""
+    direction: Gain = (16.0, 16.0, 16.0)
+    """Directions of the cables, scaled by mass times cable length [1/s^2]."""
+    direction_rate: Gain = (6.7, 6.7, 3.1)
+    """Angular velocities of the cables, scaled by mass times cable length [1/s]."""
+
+
+@record(frozen=True)
 class GeometricParameters:
-    """Of the geometric tracking laws, `GeometricController`.
+    """Parameters of the geometric tracking laws, `GeometricController`.
 
     Examples
     --------
@@ -67,32 +121,20 @@ class GeometricParameters:
     """
 
     kind: Literal["geometric_ff", "geometric"] = "geometric_ff"
-    """geometric_ff, which feeds the desired rate of the cables forward, or geometric, which does not; mpc has other options."""
+    """geometric_ff (feeds the desired rate of the cables forward) or geometric (does not); mpc has
+    other options."""
     gains: GeometricGains = field(default_factory=GeometricGains)
-    """Along x, y, z."""
-    period: float = 0.02
-    """Of the ticks [s]."""
+    """Gains of the law."""
+    period: Positive = 0.02
+    """Control period [s]."""
     take_off: TakeOff = field(default_factory=TakeOff)
-    """How to get into the air from the ground."""
+    """Take-off from the ground."""
     position_filter: PositionFilter | None = None
-    """Of the measured payload position; None: matched to the station's noise."""
-
-    def options(self) -> dict[str, Any]:
-        """Return the keywords of `GeometricController`, but for `feedforward`, which the kind says."""
-        return _options(self)
+    """Filter of the measured payload position; None for one that fits the station's noise."""
 
 
 ControllerParameters: TypeAlias = MpcParameters | GeometricParameters
 """One of the two, told apart by `kind`."""
-
-
-def _options(parameters: ControllerParameters) -> dict[str, Any]:
-    given = {f.name: getattr(parameters, f.name) for f in fields(parameters) if f.name != "kind"}
-    return {
-        name: value
-        for name, value in given.items()
-        if name != "position_filter" or value is not None
-    }
 
 
 CONTROLLERS: dict[str, ControllerParameters] = {

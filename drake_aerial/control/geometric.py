@@ -1,68 +1,56 @@
-"""The geometric tracking law of a cable-suspended payload, with the paper's gains."""
+"""Geometric tracking law of a cable-suspended payload, with the paper's gains."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
-
 import numpy as np
 
-from drake_aerial.control.controller import PayloadController
+from drake_aerial.control.controller import OFFSET, PayloadController
+from drake_aerial.control.controller_parameters import GeometricGains, GeometricParameters
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
 from drake_aerial.estimation.observation import Observation
 from drake_aerial.geometry import Array, cross, matrix_from_quat
 from drake_aerial.references.trajectory import Trajectory, TrajectorySample
 from drake_aerial.statics.gravity import GRAVITY
 
-Gain = tuple[float, float, float]
-
-
-@dataclass(frozen=True)
-class GeometricGains:
-    """The payload's rows of the paper's table, and its rows for the cable's direction; along x, y, z.
-
-    Attributes
-    ----------
-    position, velocity : (3,)
-        Of the payload [1/s^2, 1/s].
-    rotation, rate : (3,)
-        Of the payload's attitude [N m, N m s].
-    direction, direction_rate : (3,)
-        Of the cables' directions [1/s^2, 1/s], scaled by m l.
-    """
-
-    position: Gain = (1.45, 1.45, 3.0)
-    velocity: Gain = (3.7, 3.2, 2.5)
-    rotation: Gain = (0.5, 0.5, 0.02)
-    rate: Gain = (0.16, 0.16, 0.04)
-    direction: Gain = (16.0, 16.0, 16.0)
-    direction_rate: Gain = (6.7, 6.7, 3.1)
-
 
 def cable_forces(
     model: PayloadModelParameters,
     gains: GeometricGains,
-    seen: Observation,
+    observation: Observation,
     desired: TrajectorySample,
 ) -> tuple[Array, Array]:
-    """Return the desired cable forces on the payload mu (n, 3) [N], in the world, and F/M (3,) [m/s^2].
+    """Return the desired cable forces on the payload.
 
-    One quadrotor carries the whole force; several share force and moment with the least sum of squares, and none
-    pushes down.
+    One cable carries the whole force. Several share force and moment with the least sum of
+    squares. No force points down.
+
+    Parameters
+    ----------
+    model : PayloadModelParameters
+    gains : GeometricGains
+    observation : Observation
+    desired : TrajectorySample
+
+    Returns
+    -------
+    mu : (n, 3) array
+        Forces in the world [N].
+    feedback : (3,) array
+        Desired acceleration of the payload plus gravity, in the world [m/s^2].
     """
     M = model.mass
-    feedback = desired.a + np.multiply(gains.position, desired.p - seen.p)
-    feedback = feedback + np.multiply(gains.velocity, desired.v - seen.v)
+    feedback = desired.a + np.multiply(gains.position, desired.p - observation.p)
+    feedback = feedback + np.multiply(gains.velocity, desired.v - observation.v)
     feedback[2] += GRAVITY
     if model.n == 1:
         mu = M * feedback[None]
     else:
-        error = matrix_from_quat(desired.q).T @ seen.R
+        error = matrix_from_quat(desired.q).T @ observation.R
         error = 0.5 * (error - error.T)
         e_R = np.array([error[2, 1], error[0, 2], error[1, 0]])
-        moment = -np.multiply(gains.rotation, e_R) - np.multiply(gains.rate, seen.W)
-        wrench = np.concatenate([M * seen.R.T @ feedback, moment])
-        mu = (np.linalg.pinv(model.grasp_matrix) @ wrench).reshape(-1, 3) @ seen.R.T
+        moment = -np.multiply(gains.rotation, e_R) - np.multiply(gains.rate, observation.W)
+        wrench = np.concatenate([M * observation.R.T @ feedback, moment])
+        mu = (np.linalg.pinv(model.grasp_matrix) @ wrench).reshape(-1, 3) @ observation.R.T
     mu[:, 2] = np.maximum(mu[:, 2], 0.0)
     return mu, feedback
 
@@ -70,29 +58,31 @@ def cable_forces(
 def geometric_thrust(
     model: PayloadModelParameters,
     gains: GeometricGains,
-    seen: Observation,
+    observation: Observation,
     mu: Array,
     feedback: Array,
     mu_rate: Array,
 ) -> Array:
-    """Return the thrust vectors (n, 3) [N] that turn the cables towards -mu and pull with mu along them.
+    """Return the thrust vectors (n, 3) [N] that turn the cables towards -mu and pull with mu.
 
     Parameters
     ----------
-    model, gains, seen :
-        The model, the gains, the measured state.
+    model, gains, observation :
+        As in `cable_forces`.
     mu, feedback :
-        What `cable_forces` returns.
+        Results of `cable_forces`.
     mu_rate : (n, 3) array
-        Rate of mu [N/s], for the desired rate of the cables; zeros for the law without feed-forward.
+        Rate of mu [N/s], for the desired rate of the cables; zeros without feed-forward.
     """
     m, l = model.quadrotor_mass[:, None], model.cable_length[:, None]
-    xi, w = seen.xi, seen.w
+    xi, w = observation.xi, observation.w
     size = np.maximum(np.sqrt((mu * mu).sum(-1, keepdims=True)), 1e-6)
     xi_d = -mu / size
     rate = -mu_rate / size
     w_d = cross(xi_d, rate)
-    contact = feedback + cross(seen.W, cross(seen.W[None], model.arms)) @ seen.R.T
+    contact = (
+        feedback + cross(observation.W, cross(observation.W[None], model.arms)) @ observation.R.T
+    )
     along = (xi * (mu + m * contact)).sum(-1, keepdims=True) * xi
     parallel = along + m * l * (w * w).sum(-1, keepdims=True) * xi
     e_xi = cross(xi_d, xi)
@@ -102,54 +92,72 @@ def geometric_thrust(
 
 
 class GeometricController(PayloadController):
-    """Cascade of payload, cable directions and thrust: `geometric`, and `geometric_ff` with `feedforward`.
+    """Cascade of payload, cable directions and thrusts.
 
-    Ports and the other parameters are those of `PayloadController`.
+    The kind "geometric" is the law as published. The kind "geometric_ff" feeds forward the desired
+    rate of the cables, by differences of mu between control steps. The ports are those of
+    `PayloadController`.
 
     Parameters
     ----------
     model : PayloadModelParameters
-        What the controller believes.
-    feedforward : bool
-        Whether the desired cables' rate is fed forward, by differencing mu between ticks.
-    gains : GeometricGains
+        Believed model.
+    parameters : GeometricParameters, optional
+        `GeometricParameters("geometric")` if not given.
+    offset : float
+        Delay from a sensor sample to the control step that reads it [s].
 
     Examples
     --------
-    >>> from drake_aerial import GeometricController
+    >>> from drake_aerial import GeometricController, GeometricParameters
     >>> from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
-    >>> belief = PayloadModelParameters(mass=0.25, inertia=[[6e-3, 0, 0], [0, 5.9e-3, 0], [0, 0, 1.07e-2]], p_LC=[[0, 0, 0.14]])
-    >>> GeometricController(belief, feedforward=True).GetInputPort("quadrotor_states").size()
+    >>> inertia = [[6e-3, 0, 0], [0, 5.9e-3, 0], [0, 0, 1.07e-2]]
+    >>> belief = PayloadModelParameters(mass=0.25, inertia=inertia, p_LC=[[0, 0, 0.14]])
+    >>> controller = GeometricController(belief, GeometricParameters("geometric_ff"))
+    >>> controller.GetInputPort("quadrotor_states").size()
     13
     """
+
+    default_parameters = GeometricParameters("geometric")
 
     def __init__(
         self,
         model: PayloadModelParameters,
+        parameters: GeometricParameters | None = None,
         *,
-        feedforward: bool = False,
-        gains: GeometricGains | None = None,
-        **keywords: Any,
+        offset: float = OFFSET,
     ):
-        self.feedforward = feedforward
-        self.gains = gains or GeometricGains()
+        self.parameters = p = parameters or self.default_parameters
         self._n = model.n
-        super().__init__(model, **keywords)
-
-    def _initial_memory(self) -> Array:
-        return np.zeros(1 + 3 * self._n)  # whether there is a last mu, and the last mu
-
-    def _reduced(self, model: PayloadModelParameters) -> GeometricController:
-        return GeometricController(
-            model, feedforward=self.feedforward, gains=self.gains, period=self.period
+        super().__init__(
+            model,
+            period=p.period,
+            offset=offset,
+            take_off=p.take_off,
+            position_filter=p.position_filter,
         )
 
-    def _fly(
-        self, t: float, seen: Observation, reference: Trajectory, thrust: Array, memory: Array
+    def initial_memory(self) -> Array:
+        """Return zeros: whether there is a last mu, and the last mu (3 n)."""
+        return np.zeros(1 + 3 * self._n)
+
+    def for_smaller_team(self, model: PayloadModelParameters) -> GeometricController | None:
+        """Return the same law for a smaller team."""
+        return GeometricController(model, self.parameters, offset=self.offset)
+
+    def compute_thrusts(
+        self,
+        t: float,
+        observation: Observation,
+        reference: Trajectory,
+        thrust: Array,
+        memory: Array,
     ) -> Array:
-        mu, feedback = cable_forces(self.model, self.gains, seen, reference.sample(t))
+        """Return the thrusts (n, 3) [N] of the law; see `PayloadController`."""
+        gains = self.parameters.gains
+        mu, feedback = cable_forces(self.model, gains, observation, reference.sample(t))
         rate = np.zeros_like(mu)
-        if self.feedforward and memory[0]:
+        if self.parameters.kind == "geometric_ff" and memory[0]:
             rate = (mu - memory[1:].reshape(-1, 3)) / self.period
         memory[0], memory[1:] = 1.0, mu.ravel()
-        return geometric_thrust(self.model, self.gains, seen, mu, feedback, rate)
+        return geometric_thrust(self.model, gains, observation, mu, feedback, rate)

@@ -1,4 +1,4 @@
-"""Lead for slow motors: commands under which propeller speeds follow what is wanted faster than by themselves."""
+"""Lead compensation of slow motors: commands that make propeller speeds respond faster."""
 
 from __future__ import annotations
 
@@ -13,38 +13,39 @@ from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
 
 RESPONSE = 0.01
-"""Time constant with which the speeds follow what is wanted, as far as their limits let them [s]."""
+"""Time constant of the compensated speeds within their limits [s]."""
 
 
 class MotorLead(LeafSystem):
-    """Inverts the lag of the motors, tau omega' = command - omega, by a model of the speeds that it carries along.
+    """Inverts the lag of the motors, tau omega' = command - omega, with a model of their speeds.
 
-    What is wanted is that the speeds approach the wanted ones w within `response` T, omega' = (w - omega) / T; the command for it is
-    omega + tau omega' = omega + tau / T (w - omega), held within the propeller's limits. The model of omega sees the limited command, so
-    that nothing winds up where a limit is met. Motors faster than T are left alone.
+    The desired response to wanted speeds w is omega' = (w - omega) / T, with T = `response`. The
+    command is omega + tau omega' = omega + tau / T (w - omega), within the propeller's limits. The
+    model of omega uses the limited command, so it does not wind up. Motors faster than T are not
+    compensated.
 
-    | port | size | meaning |
-    |---|---|---|
-    | in `wanted` | 4 n | squared speeds [rpm^2], none negative |
-    | out `propeller_commands` | 4 n | squared speeds, each within its limits [rpm^2] |
+    | port | size | meaning | unit | frame |
+    |---|---|---|---|---|
+    | in `wanted` | 4 n | squared speeds, not negative | rpm^2 | - |
+    | out `propeller_commands` | 4 n | squared speeds, within their limits | rpm^2 | - |
 
-    The modelled speeds are discrete state in the Context; `set_speeds` sets them.
+    The modelled speeds are discrete state in the Context (`set_speeds`).
 
     Parameters
     ----------
     propellers : sequence of n Allocation
-        Of which the limits are used.
+        Their speed limits are used.
     time_constant : float
-        tau, of the motors [s].
+        Time constant tau of the motors [s].
     period : float
-        Of the steps of the model, the plant's own [s].
+        Step of the model, equal to the plant's [s].
     response : float
-        T [s].
+        Time constant T of the response [s].
 
     Raises
     ------
     InputError
-        For a time that is not positive.
+        If a time is not positive.
     """
 
     def __init__(
@@ -56,17 +57,15 @@ class MotorLead(LeafSystem):
     ):
         super().__init__()
         for name, value in (
-            ("time constant", time_constant),
+            ("time_constant", time_constant),
             ("period", period),
             ("response", response),
         ):
             if not (np.isfinite(value) and value > 0.0):
-                raise InputError(
-                    f"the motor lead's {name} is {value!r} s; a positive number accepted"
-                )
+                raise InputError(f"`{name}` must be in (0, inf) s, got {value!r}")
         self._low = np.repeat([p.min_rpm for p in propellers], 4)
         self._high = np.repeat([p.max_rpm for p in propellers], 4)
-        # Exact for a command that is held over a step, as it is: after it, exp(-period / T) of the difference is left.
+        # Exact for a command that is held over a step: exp(-period / T) of the difference remains.
         self._follow = -np.expm1(-period / time_constant)
         self._lead = max(-np.expm1(-period / response) / self._follow, 1.0)
         self._wanted = self.DeclareVectorInputPort("wanted", len(self._low))

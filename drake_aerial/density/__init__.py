@@ -1,1 +1,1 @@
-"""Kernels and kernel densities over features, poses and grids, and resampling. Nothing of contacts."""
+"""Kernels, kernel densities over features, poses and grids, resampling. No contacts."""

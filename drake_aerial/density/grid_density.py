@@ -1,6 +1,4 @@
-"""A blurred density of votes on a grid, read off by cubic splines: fast at any number of votes, with
-gradients.
-"""
+"""A kernel density of votes on a grid, interpolated by cubic splines, with gradients."""
 
 from __future__ import annotations
 
@@ -10,10 +8,11 @@ import numpy as np
 
 from drake_aerial.geometry import Array
 
-# The density's floor, relative to its largest value: far from every vote the log stays finite and flat.
+# Floor of the density, relative to its largest value: far from every vote its log stays finite.
 FLOOR = 1e-8
+# Grid cells per bandwidth.
 CELLS_PER_SIGMA = 4
-# Distance, in bandwidths, that the grid reaches beyond the region of interest.
+# Margin of the grid around the region of interest, in bandwidths.
 MARGIN = 4.0
 
 
@@ -23,18 +22,23 @@ class GridDensity:
     Parameters
     ----------
     votes : (M, D) array
-        Votes; angles in rad. Votes far outside the region are dropped.
+        Votes, angles in rad. Votes beyond the grid's margin are dropped.
     weights : (M,) array
         Weights, not negative.
     sigma : (D,) sequence
         Bandwidths.
     lower, upper : (D,) sequences
-        Region of interest; for angles 0 to 2 pi.
+        Region of interest; 0 to 2 pi for angles.
     periodic : (D,) sequence of bool
-        Which coordinates are angles.
+        Whether each coordinate is an angle.
     best_of_last : bool
-        Whether the last coordinate is taken at its best everywhere, which leaves a density-like function of the
-        others: votes that agree on it count together, others do not add up.
+        Whether a soft maximum over the last coordinate is taken, which leaves a function of the
+        others. Votes then add up only where they agree in the last coordinate.
+
+    Attributes
+    ----------
+    total : float
+        Weight of the votes that fell on the grid.
     """
 
     def __init__(
@@ -59,7 +63,6 @@ class GridDensity:
         self._step = span / (self._shape - np.where(wrap, 0, 1))
         grid = self._deposited(votes, weights)
         self.total = float(grid.sum())
-        """Weight of the votes that fell on the grid."""
         for axis, periodic_ in enumerate(self._periodic):
             cells = sigma_[axis] / self._step[axis]
             grid = gaussian_filter1d(
@@ -84,7 +87,7 @@ class GridDensity:
         self._coefficients = grid
 
     def _deposited(self, votes: Array, weights: Array) -> Array:
-        """Return the votes' weights shared among their cells' corners (multilinear)."""
+        """Return the grid of vote weights, each shared among the corners of its cell."""
         position = (votes - self._lower) / self._step
         grid = np.zeros(int(np.prod(self._shape)))
         base = np.floor(position).astype(int)
@@ -120,7 +123,7 @@ class GridDensity:
         u = np.where(wrap, position, np.clip(position, 0.0, last))
         base = np.floor(u)
         t = u - base
-        # Four grid points around, per axis; mirrored about the first and the last where the axis ends.
+        # Four grid points around x per axis, mirrored about the ends of the axis.
         taps = base.astype(int)[..., None] + np.arange(-1, 3)
         ends = last[:, None]
         taps = np.where(
@@ -144,12 +147,12 @@ class GridDensity:
 
 
 def _along(values: np.ndarray, axis: int, dimension: int) -> np.ndarray:
-    """Return values (N, 4) with the second axis moved to the given one of so many axes behind the first."""
+    """Return values (N, 4) with their second axis as axis 1 + `axis` of 1 + `dimension` axes."""
     return values.reshape(len(values), *(4 if k == axis else 1 for k in range(dimension)))
 
 
 def _contracted(picked: Array, weights: Array) -> Array:
-    """Return the sums (N,) of coefficients (N, 4, ..., 4) by the weights (N, D, 4) of their D axes."""
+    """Return the sums (N,) of coefficients (N, 4, ..., 4) by the weights (N, D, 4) of D axes."""
     for axis in range(weights.shape[1] - 1, -1, -1):
         w = weights[:, axis].reshape(len(weights), *(1,) * (axis - 1), 4) if axis else weights[:, 0]
         picked = np.vecdot(picked, w) if axis == 0 else np.matvec(picked, w)
@@ -157,7 +160,7 @@ def _contracted(picked: Array, weights: Array) -> Array:
 
 
 def _soft_maximum(grid: Array) -> Array:
-    """Return a smooth maximum over the last axis: the mean of fourth powers, whose root is taken."""
+    """Return a soft maximum over the last axis: the fourth root of the mean fourth power."""
     top = max(float(grid.max()), 1e-300)
     return top * np.mean((grid / top) ** 4, axis=-1) ** 0.25
 

@@ -1,8 +1,8 @@
-"""The kernels of the densities: Gaussians, and their counterparts on rotations and on directions.
+"""Kernels: Gaussians, and von Mises-Fisher kernels on rotations and on directions.
 
-Every log-density is normalised. Bandwidths of rotations are angles: the standard deviation [rad] of each
-component of the rotation vector for small bandwidths, from which the concentration of the von Mises-Fisher
-kernel follows. Sources: the paper's kernel of surface features (section "Kernel density estimator"); docs/method.md.
+Every log-density is normalised. Bandwidths of rotations are angles: for small ones, the standard
+deviation of each component of the rotation vector [rad]. The concentration follows from it.
+Sources: the paper's section "Kernel density estimator"; docs/method.md.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ LOG_2PI = float(np.log(2.0 * np.pi))
 
 
 def gaussian_log_norm(dimension: int, sigma: float) -> float:
-    """Return the log-density at the centre of an isotropic Gaussian of standard deviation `sigma`."""
+    """Return the log-density at the centre of an isotropic Gaussian of deviation `sigma`."""
     return -dimension * (0.5 * LOG_2PI + float(np.log(sigma)))
 
 
@@ -44,17 +44,17 @@ def log_gaussian(x: ArrayLike, mu: ArrayLike, sigma: float) -> Array:
 
 
 def rotation_concentration(sigma: float) -> float:
-    """Return the concentration 4 / sigma^2 of Theta, whose exponent is kappa cos(angle / 2); sigma in rad."""
+    """Return kappa = 4 / sigma^2 of Theta's exponent kappa cos(angle / 2); sigma in rad."""
     return 4.0 / sigma**2
 
 
 def axis_concentration(sigma: float) -> float:
-    """Return the concentration 1 / sigma^2 of the axial kernel, of exponent kappa cos(angle); sigma in rad."""
+    """Return kappa = 1 / sigma^2 of the axial kernel's exponent kappa cos(angle); sigma in rad."""
     return 1.0 / sigma**2
 
 
 def theta_log_norm(sigma: float) -> float:
-    """Return log c of Theta = c (e^(kappa d) + e^(-kappa d)), d the dot product of the quaternions."""
+    """Return log c of Theta = c (e^(kappa d) + e^(-kappa d)), d the quaternions' dot product."""
     kappa = rotation_concentration(sigma)
     log_bessel = float(np.log(ive(1, kappa))) + kappa
     return float(np.log(kappa)) - 2.0 * LOG_2PI - log_bessel - float(np.log(2.0))
@@ -63,9 +63,9 @@ def theta_log_norm(sigma: float) -> float:
 def log_theta(q: ArrayLike, mu: ArrayLike, sigma: float) -> Array:
     """Return the log-density Theta(q | mu, sigma) of rotations, shape (...).
 
-    Theta is the mean of two von Mises-Fisher densities on the unit sphere S^3, one centred on mu and one on
-    -mu, so that q and -q, which are the same rotation, have the same density. It integrates to one over S^3
-    (area 2 pi^2).
+    Theta is the mean of two von Mises-Fisher densities on the unit sphere S^3, centred on mu and on
+    -mu. The quaternions q and -q, which are the same rotation, therefore have the same density.
+    Theta integrates to one over S^3 (area 2 pi^2).
 
     Parameters
     ----------
@@ -81,14 +81,16 @@ def log_theta(q: ArrayLike, mu: ArrayLike, sigma: float) -> Array:
 
 
 def axis_log_norm(sigma: float) -> float:
-    """Return log of the factor c in the axial kernel c e^(kappa d), d the dot product of the unit axes."""
+    """Return log c of the axial kernel c e^(kappa d), d the unit axes' dot product."""
     kappa = axis_concentration(sigma)
     # log(kappa / (4 pi sinh kappa)) without overflow.
     return float(np.log(kappa) - LOG_2PI - kappa - np.log1p(-np.exp(-2.0 * kappa)))
 
 
 def log_axis(z: ArrayLike, mu: ArrayLike, sigma: float) -> Array:
-    """Return the log-density of unit axes z about mu: von Mises-Fisher on S^2, integrating to one over it.
+    """Return the von Mises-Fisher log-density of unit axes z about mu, shape (...).
+
+    It integrates to one over S^2.
 
     Parameters
     ----------
@@ -102,7 +104,7 @@ def log_axis(z: ArrayLike, mu: ArrayLike, sigma: float) -> Array:
 
 
 def sample_theta(mu: ArrayLike, sigma: float, rng: np.random.Generator) -> Array:
-    """Draw a unit quaternion (N, 4) from Theta about each of `mu` (N, 4); bandwidth `sigma` [rad]."""
+    """Draw unit quaternions (N, 4) from Theta about `mu` (N, 4), of bandwidth `sigma` [rad]."""
     mu = np.asarray(mu, float)
     n, kappa = len(mu), rotation_concentration(sigma)
     # Wood's rejection sampler (1994) of the cosine to the centre, for the sphere S^3.
@@ -124,7 +126,7 @@ def sample_theta(mu: ArrayLike, sigma: float, rng: np.random.Generator) -> Array
 
 
 def sample_axis(mu: ArrayLike, sigma: float, rng: np.random.Generator) -> Array:
-    """Draw a unit axis (N, 3) from the axial kernel about each of `mu` (N, 3); bandwidth `sigma` [rad]."""
+    """Draw unit axes (N, 3) from the axial kernel about `mu` (N, 3), of bandwidth `sigma` [rad]."""
     mu = np.asarray(mu, float)
     n, kappa = len(mu), axis_concentration(sigma)
     u = rng.random(n)
@@ -137,5 +139,5 @@ def sample_axis(mu: ArrayLike, sigma: float, rng: np.random.Generator) -> Array:
 
 
 def turned_to_axis(q: ArrayLike, z: ArrayLike) -> Array:
-    """Return the frames q (N, 4) turned by the smallest rotation that takes their z axis to `z` (N, 3)."""
+    """Turn frames q (N, 4) by the smallest rotations that move their z axes to `z` (N, 3)."""
     return quat_multiply(quat_from_two_vectors(axis_of(q, 2), z), q)

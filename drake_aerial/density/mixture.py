@@ -1,8 +1,9 @@
 """Log-sums of many kernels at many points, by matrix products.
 
-Gaussian and von Mises-Fisher kernels have exponents that are linear in lifted coordinates (x, |x|^2, 1,
-...), so that the exponents of all kernels at all points are one matrix product. Points are taken in blocks,
-which bounds memory and shares the cores; the result does not depend on how many there are.
+Gaussian and von Mises-Fisher kernels have exponents that are linear in lifted coordinates
+(x, |x|^2, 1, ...). The exponents of all kernels at all points are therefore one matrix product.
+Points are processed in blocks, which bounds memory and uses all cores. The result does not depend
+on the number of cores.
 """
 
 from __future__ import annotations
@@ -17,13 +18,13 @@ from drake_aerial.geometry import Array
 from drake_aerial.parallel import for_each, one_blas_thread
 
 BLOCK_BYTES = 560_000
-"""Memory of the exponents of a block: they should stay in the cache. From somewhat more on, the allocator gives it back to the
-system after every block, which takes longer than the sums themselves; with less, annealing's hundred points are five blocks
-of 5,000 kernels instead of four, which two cores share badly."""
-# A block's rows are a multiple of this: products treat rows in such groups, and those left over with other rounding.
+"""Memory of a block's exponents, measured: small enough for the cache, and an even number of
+blocks for annealing's 100 points and 5,000 kernels on two cores."""
+# Rows of a block are a multiple of this. Matrix products round left-over rows in another way.
 _GROUP = 4
-# Exponents this far below the largest are far below any sum's last digit; exp is many times slower where it underflows.
-_NOTHING = {np.dtype(np.float64): -600.0, np.dtype(np.float32): -80.0}
+# Lower bound of exponents relative to the largest one: no sum shows the difference, and exp is slow
+# where it underflows.
+_MIN_EXPONENT = {np.dtype(np.float64): -600.0, np.dtype(np.float32): -80.0}
 
 
 def checked_weights(weights: ArrayLike | None, count: int, what: str) -> Array:
@@ -32,20 +33,24 @@ def checked_weights(weights: ArrayLike | None, count: int, what: str) -> Array:
     Raises
     ------
     InputError
-        If there are no kernels, the shape is wrong, or the weights are negative, not finite or all zero.
+        If there are no kernels, the shape is wrong, or the weights are negative, not finite or all
+        zero.
     """
     if count == 0:
-        raise InputError(f"{what} has no kernels; at least one is needed")
+        raise InputError(f"{what} must have at least one kernel, got none")
     w = np.full(count, 1.0) if weights is None else np.asarray(weights, float)
     if w.shape != (count,):
-        raise InputError(f"{what}: weights should be of shape ({count},) but got {w.shape}")
+        raise InputError(f"{what}: `weights` must be of shape ({count},), got {w.shape}")
     if not np.all(np.isfinite(w)) or np.any(w < 0.0) or not np.any(w > 0.0):
-        raise InputError(f"{what}: weights should be finite, not negative and not all zero")
+        raise InputError(
+            f"{what}: `weights` must be finite, not negative and not all zero, "
+            f"got {w.min()} to {w.max()}"
+        )
     return w / w.sum()
 
 
 def lifted_gaussian(mu: Array, sigma: float) -> Array:
-    """Return the (k + 2, K) coefficients of -|x - mu|^2 / (2 sigma^2) on the lifted [x, |x|^2, 1]."""
+    """Return the (k + 2, K) coefficients of -|x - mu|^2 / (2 sigma^2) on [x, |x|^2, 1]."""
     scale = 1.0 / sigma**2
     square = np.sum(mu * mu, axis=-1)
     return np.vstack([mu.T * scale, np.full(len(mu), -0.5 * scale), -0.5 * scale * square])
@@ -57,7 +62,7 @@ def lift(x: Array) -> Array:
 
 
 def row_blocks(points: int, kernels: int, itemsize: int = 8) -> list[slice]:
-    """Return slices of so many points, whose exponents under so many kernels fit a block's memory."""
+    """Return slices of the points whose exponents under all kernels fit into a block."""
     rows = max(_GROUP, BLOCK_BYTES // (itemsize * kernels) // _GROUP * _GROUP)
     return [slice(start, min(start + rows, points)) for start in range(0, points, rows)]
 
@@ -65,25 +70,25 @@ def row_blocks(points: int, kernels: int, itemsize: int = 8) -> list[slice]:
 def exponent_blocks(
     points: np.ndarray, coefficients: np.ndarray
 ) -> Iterator[tuple[slice, np.ndarray]]:
-    """Yield slices of the lifted points (N, D) and their exponents (block, K) under coefficients (D, K)."""
+    """Yield slices of lifted points (N, D) and exponents (block, K) by coefficients (D, K)."""
     for rows in row_blocks(len(points), coefficients.shape[1], coefficients.itemsize):
         yield rows, points[rows] @ coefficients
 
 
 def exponentiate(e: np.ndarray) -> np.ndarray:
-    """Replace exponents e (N, K) by exp(e - top), in place, and return their row maxima top (N, 1)."""
+    """Replace exponents e (N, K) by exp(e - top) in place; return their row maxima top (N, 1)."""
     top = e.max(axis=1, keepdims=True)
     e -= top
-    # Against an array, not a number: that is more than twice as fast.
-    np.maximum(e, np.full(e.shape[1], _NOTHING[e.dtype], dtype=e.dtype), out=e)
+    # The maximum with an array is more than twice as fast as with a number.
+    np.maximum(e, np.full(e.shape[1], _MIN_EXPONENT[e.dtype], dtype=e.dtype), out=e)
     np.exp(e, out=e)
     return top
 
 
 def log_weighted_sums(points: np.ndarray, coefficients: np.ndarray, weights: np.ndarray) -> Array:
-    """Return log sum_k w_k exp(exponent_nk), shape (N, M), for weights (K, M); -inf where a sum vanishes.
+    """Return log sum_k w_k exp(exponent_nk), shape (N, M), for weights (K, M).
 
-    The coefficients' type decides the precision.
+    It is -inf where a sum vanishes. The type of the coefficients decides the precision.
     """
     points, weights = points.astype(coefficients.dtype), weights.astype(coefficients.dtype)
     out = np.empty((len(points), weights.shape[1]))
@@ -98,9 +103,9 @@ def log_weighted_sums(points: np.ndarray, coefficients: np.ndarray, weights: np.
         if coefficients.dtype != np.float64:
             out[rows] = from_top(points[rows])
             return
-        # Double precision reaches so far down that most points need no exponent taken from their largest one.
+        # In double precision most points need no shift of their exponents by the largest one.
         e = points[rows] @ coefficients
-        np.maximum(e, np.full(e.shape[1], _NOTHING[e.dtype]), out=e)
+        np.maximum(e, np.full(e.shape[1], _MIN_EXPONENT[e.dtype]), out=e)
         with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
             sums = np.exp(e, out=e) @ weights
             logs = np.log(sums)

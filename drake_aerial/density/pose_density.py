@@ -1,4 +1,4 @@
-"""Kernel density over poses, SE(3): the query density's and the votes' form."""
+"""Kernel density over poses, SE(3), as used for query densities and the paper's votes."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from drake_aerial.geometry import (
 class PoseDensity:
     """Sum of kernels N_3(p | p_k, sigma_p) R(q | q_k, sigma_q) over poses X_AB of a frame B in A.
 
-    R is Theta, the antipodal von Mises-Fisher pair on S^3, or, where `axial` is true, the von Mises-Fisher
+    R is Theta, the antipodal von Mises-Fisher pair on S^3. With `axial` it is the von Mises-Fisher
     density of B's z axis on S^2, for grippers that are symmetric about it.
 
     Parameters
@@ -44,8 +44,8 @@ class PoseDensity:
     axial : bool
         Whether only the z axis is compared.
     single : bool
-        Evaluate log-densities in single precision: twice as fast, and good to some 1e-3 for objects of a
-        metre.
+        Whether log-densities are evaluated in single precision: twice as fast, with errors of some
+        1e-3 for objects of a metre.
 
     Raises
     ------
@@ -72,14 +72,14 @@ class PoseDensity:
         self.kernels_at = Pose(np.asarray(kernels_at.p, float), np.asarray(kernels_at.q, float))
         self.weights = checked_weights(weights, len(self.kernels_at.p), "a pose density")
         self.sigma_p, self.sigma_q, self.axial = sigma_p, sigma_q, axial
-        # Positions are taken about their mean, where the lifted squares lose no digits.
+        # Positions are relative to their mean, so that the lifted squares lose no digits.
         self._origin = self.kernels_at.p.mean(axis=0)
         position = lifted_gaussian(self.kernels_at.p - self._origin, sigma_p)
         log_norm = kernels.gaussian_log_norm(3, sigma_p)
         if axial:
             kappa = kernels.axis_concentration(sigma_q)
             log_norm += kernels.axis_log_norm(sigma_q)
-            # The exponent's largest value, kappa, is taken into the constant.
+            # The largest exponent, kappa, is moved into the constant.
             position[-1] -= kappa
             self._rotation = axis_of(self.kernels_at.q, 2)
             self._coefficients = np.vstack([position, kappa * self._rotation.T])
@@ -104,9 +104,9 @@ class PoseDensity:
         return self.log_densities(x, self.weights[:, None])[..., 0]
 
     def log_densities(self, x: Pose, weights: Array) -> Array:
-        """Return log-densities (..., M) at poses x under M other weightings (K, M) of the same kernels.
+        """Return log-densities (..., M) at poses x for M weightings (K, M) of the kernels.
 
-        Each column of `weights` is used as it is; one that sums to one gives a normalised density.
+        Each column of `weights` is used as it is; if it sums to one, the density is normalised.
         """
         weights = weights if self.axial else np.vstack([weights, weights])
         coefficients: np.ndarray = self._coefficients if self._single is None else self._single
@@ -147,7 +147,7 @@ class PoseDensity:
         return value.reshape(shape), gradient_p.reshape(*shape, 3), gradient_q.reshape(*shape, 3)
 
     def sample(self, n: int, rng: np.random.Generator) -> Pose:
-        """Draw n poses: p (n, 3) [m], q (n, 4). With `axial`, the turn about the z axis is uniform."""
+        """Draw n poses: p (n, 3) [m], q (n, 4). With `axial`, the turn about z is uniform."""
         k = rng.choice(len(self), size=n, p=self.weights)
         p = self.kernels_at.p[k] + self.sigma_p * rng.standard_normal((n, 3))
         if not self.axial:

@@ -1,8 +1,6 @@
-"""Kernel density over surface features, SE(3) x R^2: the object, task and contact models' form."""
+"""Kernel density over surface features, SE(3) x R^2, as used by object, task, contact models."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,33 +14,27 @@ from drake_aerial.density.mixture import (
     lifted_gaussian,
     log_weighted_sums,
 )
-from drake_aerial.errors import InputError
-from drake_aerial.geometry import Array, Pose, quat_conjugate, quat_multiply
+from drake_aerial.geometry import Array, Pose
+from drake_aerial.io.records import Positive, record
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Bandwidth:
     """Bandwidths sigma of a surface feature's kernel."""
 
-    position: float = 0.02
+    position: Positive = 0.02
     """Standard deviation of the position [m]."""
-    rotation: float = float(np.deg2rad(15.0))
-    """Bandwidth of the rotation [rad]: per-axis standard deviation of the rotation vector."""
-    descriptor: float = 0.2
-    """Standard deviation of the descriptor r = curvature times neighbourhood radius (dimensionless)."""
-
-    def __post_init__(self) -> None:
-        for name in ("position", "rotation", "descriptor"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0.0):
-                raise InputError(f"the bandwidth's {name} is {value!r}; a positive number accepted")
+    rotation: Positive = float(np.deg2rad(15.0))
+    """Standard deviation of the rotation vector, per axis [rad]."""
+    descriptor: Positive = 0.2
+    """Standard deviation of the descriptor r, curvature times rho (dimensionless)."""
 
 
 class SurfaceDensity:
     """Sum of kernels N_3(p | p_i) Theta(q | q_i) N_2(r | r_i) over surface features s = (p, q, r).
 
-    The paper's equation of the "Kernel density estimator" section. The pose may be a surface feature's own,
-    or a gripper's relative to one (the contact model).
+    It is the equation of the paper's section "Kernel density estimator". The pose may be that of a
+    surface feature, or of a gripper relative to one (the contact model).
 
     Parameters
     ----------
@@ -80,51 +72,11 @@ class SurfaceDensity:
         return len(self.weights)
 
     def log_density(self, pose: Pose, descriptor: ArrayLike) -> Array:
-        """Return the log-density (...) at features of poses p (..., 3), q (..., 4) and descriptors (..., 2)."""
+        """Return the log-density (...) at poses p (..., 3), q (..., 4), descriptors (..., 2)."""
         points, coefficients, log_norm = self._lifted(pose, descriptor)
         weights = np.concatenate([self.weights, self.weights])[:, None]
         sums = log_weighted_sums(points, coefficients, weights)[:, 0] + log_norm
         return sums.reshape(np.shape(pose.p)[:-1])
-
-    def log_density_and_gradient(
-        self, pose: Pose, descriptor: ArrayLike
-    ) -> tuple[Array, Array, Array, Array]:
-        """Return the log-density and its gradients at features.
-
-        Returns
-        -------
-        log_density : (...) array
-        position_gradient : (..., 3) array
-            [1/m].
-        rotation_gradient : (..., 3) array
-            With respect to the rotation vector w [1/rad] of the perturbed rotation exp(w) q.
-        descriptor_gradient : (..., 2) array
-        """
-        shape = np.shape(pose.p)[:-1]
-        points, coefficients, log_norm = self._lifted(pose, descriptor)
-        p, q = np.reshape(pose.p, (-1, 3)), np.reshape(pose.q, (-1, 4))
-        r = np.reshape(np.asarray(descriptor, float), (-1, 2))
-        both = np.hstack([self.pose.p, self.descriptor])
-        centres = np.hstack([np.vstack([both, both]), np.concatenate([self.pose.q, -self.pose.q])])
-        weights = np.concatenate([self.weights, self.weights])
-        value, mean = np.empty(len(p)), np.empty((len(p), 9))
-        for rows, e in exponent_blocks(points, coefficients):
-            with np.errstate(divide="ignore"):
-                e += np.log(weights)
-            top = exponentiate(e)
-            total = e.sum(axis=1, keepdims=True)
-            value[rows] = (np.log(total) + top)[:, 0] + log_norm
-            mean[rows] = e @ centres / total
-        kappa = kernels.rotation_concentration(self.bandwidth.rotation)
-        gradient_p = (mean[:, :3] - p) / self.bandwidth.position**2
-        gradient_r = (mean[:, 3:5] - r) / self.bandwidth.descriptor**2
-        gradient_q = 0.5 * kappa * quat_multiply(mean[:, 5:], quat_conjugate(q))[:, 1:]
-        return (
-            value.reshape(shape),
-            gradient_p.reshape(*shape, 3),
-            gradient_q.reshape(*shape, 3),
-            gradient_r.reshape(*shape, 2),
-        )
 
     def log_descriptor_density(self, descriptor: ArrayLike) -> Array:
         """Return the log of the marginal density of the descriptor r (..., 2), shape (...)."""
@@ -137,7 +89,7 @@ class SurfaceDensity:
         )
 
     def sample_kernels(self, descriptor: ArrayLike, rng: np.random.Generator) -> np.ndarray:
-        """Draw for each descriptor (N, 2) a kernel's index, with its probability given that descriptor."""
+        """Draw for each descriptor (N, 2) a kernel's index by its posterior probability."""
         r = np.asarray(descriptor, float).reshape(-1, 2)
         index, u = np.empty(len(r), int), rng.random(len(r))
         for rows, e in exponent_blocks(lift(r), self._of_descriptor):
@@ -155,7 +107,7 @@ class SurfaceDensity:
         return Pose(p, q), r
 
     def _lifted(self, pose: Pose, descriptor: ArrayLike) -> tuple[Array, Array, float]:
-        """Return lifted points, coefficients of the kernels at q_i and at -q_i, and the log-norm."""
+        """Return lifted points, coefficients of the kernels at q_i and -q_i, and the log-norm."""
         p, q = np.reshape(pose.p, (-1, 3)), np.reshape(pose.q, (-1, 4))
         r = np.reshape(np.asarray(descriptor, float), (-1, 2))
         b = self.bandwidth
@@ -163,7 +115,7 @@ class SurfaceDensity:
         rows = np.vstack(
             [lifted_gaussian(self.pose.p - self._origin, b.position), self._of_descriptor]
         )
-        # The rotation's largest exponent, kappa, is taken into the constant.
+        # The largest exponent of the rotation, kappa, is moved into the constant.
         rows[4] -= kappa
         rotation = kappa * np.concatenate([self.pose.q, -self.pose.q]).T
         log_norm = kernels.gaussian_log_norm(3, b.position) + kernels.gaussian_log_norm(

@@ -1,1 +1,1 @@
-"""The payload model that controllers and estimators share: dynamics, linearisation, flatness. No control law."""
+"""Payload model for controllers and estimators; no control law lives here."""

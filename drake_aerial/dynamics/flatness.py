@@ -1,4 +1,4 @@
-"""References of the whole model, cables and thrusts included, from a trajectory of the tracked point."""
+"""References of the whole payload model, with cables and thrusts, by differential flatness."""
 
 from __future__ import annotations
 
@@ -26,38 +26,38 @@ from drake_aerial.statics.gravity import GRAVITY
 GRID = 0.005
 """Spacing of the reference table [s]."""
 SMOOTHING = 0.12
-"""Width of the window over which accelerations are averaged before they are differentiated [s].
+"""Width of the window that averages accelerations before they are differentiated [s].
 
-A trajectory's jerk may jump between its pieces, its velocity too at constant rate; the cables' reference must not."""
-
-
+A trajectory's jerk may jump between its segments (with constant timing its velocity too); the
+cables' reference must be smooth.
+"""
 SWING_SMOOTHING = 0.6
-"""The same for the attitude's own acceleration, of which a hanging payload's attitude depends [s].
+"""Width of the window that averages the accelerations caused by the attitude's own motion [s].
 
-The dependence is a resonance (the payload swings about its contact): only what is slower than it can be followed."""
+The attitude depends on them by a resonance, the swing of the payload about its contact. Only
+motions slower than the swing can be followed.
+"""
 CORRECTIONS = 1
-"""How often the attitude is corrected for its own acceleration."""
-
-
+"""Number of corrections of the attitude for its own acceleration."""
 _MARGIN = 200
 """Grid points at rest before and after the trajectory."""
 
 
 class Reference(NamedTuple):
-    """What the model should do at a batch of times.
+    """Reference of the model at a batch of times.
 
     Attributes
     ----------
     p, v : (B, 3) arrays
-        Position and velocity of L's origin in the world, exactly the trajectory's.
+        Position and velocity of L's origin in the world [m, m/s], equal to the trajectory's.
     R : (B, 3, 3) array
-        Attitude R_WL that the cables can produce; with one cable its yaw is only nominal.
+        Attitude R_WL that the cables can produce. With one cable its yaw is nominal.
     omega : (B, 3) array
         Angular velocity of L in the world [rad/s].
     xi, w : (B, n, 3) arrays
-        Cable directions and their angular velocities.
+        Cable directions and their angular velocities in the world [-, rad/s].
     F, u : (B, n, 3) arrays
-        Thrusts and commanded thrusts [N].
+        Thrusts and commanded thrusts in the world [N].
     pull : (B, 3) array
         Unit direction of the total cable force in the world.
     mu : (B, n, 3) array
@@ -80,13 +80,16 @@ class Reference(NamedTuple):
 
 
 def _differentiate(values: Array) -> Array:
-    """Return time derivatives of values on the grid (T, ...), of fourth order inside and rest at the ends."""
+    """Return time derivatives of values (T, ...) on the grid, by differences of fourth order.
+
+    Beyond both ends the values are constant.
+    """
     padded = np.concatenate([values[:1]] * 2 + [values] + [values[-1:]] * 2)
     return (8.0 * (padded[3:-1] - padded[1:-3]) - (padded[4:] - padded[:-4])) / (12.0 * GRID)
 
 
 def _smooth(values: Array, width: float) -> Array:
-    """Return values on the grid (T, 3) averaged over a Hann window of `width` [s]."""
+    """Return values (T, 3) on the grid, averaged over a Hann window of `width` [s]."""
     half = int(round(width / GRID / 2))
     window = np.hanning(2 * half + 3)[1:-1]
     window /= window.sum()
@@ -101,13 +104,13 @@ def _smooth(values: Array, width: float) -> Array:
 def producible_attitude(
     model: PayloadModelParameters, yaw: float, force: Array, moment: Array
 ) -> Array:
-    """Return the attitudes q_WL (T, 4) nearest to upright at `yaw` in which the cables can make a wrench.
+    """Return the attitudes q_WL (T, 4) next to upright in which the cables can apply a wrench.
 
     Parameters
     ----------
     model : PayloadModelParameters
     yaw : float
-        [rad]
+        Yaw of the upright attitude [rad].
     force : (T, 3) array
         Total cable force in the world [N].
     moment : (T, 3) array
@@ -115,8 +118,9 @@ def producible_attitude(
 
     Notes
     -----
-    One cable makes no moment about itself and its force must pass beside the CoM at the moment's lever; contacts on
-    a line make no moment about that line. Three and more others make any wrench in any attitude.
+    One cable applies no moment about itself, and its force must pass the CoM at the lever of the
+    moment. Contacts on a line apply no moment about that line. All other formations apply any
+    wrench in any attitude.
     """
     upright = np.array([np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)])
     q = np.broadcast_to(upright, (len(force), 4))
@@ -176,7 +180,7 @@ def _tabulate(model: PayloadModelParameters, trajectory: Trajectory) -> Referenc
 
 
 def _of_body(R: Array, W: Array, dW: Array, point: Array) -> Array:
-    """Return the acceleration in the world (T, 3) of a point fixed in L, relative to L's origin."""
+    """Return the acceleration of a point fixed in L relative to L's origin, in the world (T, 3)."""
     point = np.broadcast_to(point, W.shape)
     body = cross(dW, point) + cross(W, cross(W, point))
     return (R @ body[:, :, None])[:, :, 0]
@@ -185,18 +189,19 @@ def _of_body(R: Array, W: Array, dW: Array, point: Array) -> Array:
 def disturbed(
     model: PayloadModelParameters, yaw: float, desired: Reference, wrench: Array
 ) -> Reference:
-    """Return a reference (batch B) for a payload on which a constant wrench pushes besides.
+    """Return the reference (batch B) of a payload under a constant external wrench.
 
-    The cables' forces make up for it, and the attitude where they cannot. At rest the result is a rest of the model
-    under the wrench; in motion what the wrench does to the cables' accelerations and the payload's turning is left out.
+    The cables' forces balance the wrench; for contacts on a line the attitude does its part. At
+    rest the result is an equilibrium of the model under the wrench. In motion the effect of the
+    wrench on the accelerations of the cables and on the payload's rotation is neglected.
 
     Parameters
     ----------
     model : PayloadModelParameters
     yaw : float
-        Of the trajectory [rad].
+        Yaw of the trajectory [rad].
     desired : Reference
-        Of the model alone.
+        Reference without the wrench.
     wrench : (6,) array
         Force on the CoM in the world [N], moment in the axes of L [N m].
     """
@@ -210,7 +215,7 @@ def disturbed(
     mu = (needed @ model.grasp_inverse.T).reshape(-1, model.n, 3) @ np.swapaxes(R, 1, 2)
     size = np.sqrt((mu * mu).sum(-1, keepdims=True))
     xi = -mu / size
-    # The same change of each force turns a smaller force more.
+    # The direction of a smaller force turns faster.
     rate = cross(desired.w, desired.xi) * (np.sqrt((desired.mu**2).sum(-1, keepdims=True)) / size)
     more = mu - desired.mu
     return desired._replace(
@@ -226,7 +231,7 @@ def disturbed(
 
 
 class ReferenceTable:
-    """The reference of a model along a trajectory, tabulated once and interpolated linearly.
+    """Reference of a model along a trajectory, tabulated once and interpolated linearly.
 
     Parameters
     ----------
@@ -236,7 +241,7 @@ class ReferenceTable:
     Attributes
     ----------
     inputs : slice
-        Where rows hold u.
+        Columns of u in a row.
     """
 
     def __init__(self, model: PayloadModelParameters, trajectory: Trajectory):
@@ -248,11 +253,11 @@ class ReferenceTable:
         self.inputs = self._fields[Reference._fields.index("u")][0]
 
     def at(self, t: ArrayLike) -> Reference:
-        """Return the reference at times t (B,) [s]; beyond the table it rests at its ends."""
+        """Return the reference at times t (B,) [s]; beyond the table it is at rest."""
         return self.unpack(self.rows(t))
 
     def rows(self, t: ArrayLike) -> Array:
-        """Return the same as rows, to be picked from and unpacked."""
+        """Return the reference at times t (B,) [s] as rows, for `unpack`."""
         last = len(self._rows) - 1.0
         place = np.minimum(np.maximum(np.asarray(t, float) * (1.0 / GRID) + _MARGIN, 0.0), last)
         low = np.minimum(place.astype(int), len(self._rows) - 2)
@@ -261,11 +266,11 @@ class ReferenceTable:
         return rows
 
     def unpack(self, rows: Array) -> Reference:
-        """Return the reference that rows hold."""
+        """Return the reference in rows of the table."""
         return Reference(*[rows[:, part].reshape(-1, *shape) for part, shape in self._fields])
 
 
 @lru_cache(maxsize=32)
 def reference_table(model: PayloadModelParameters, trajectory: Trajectory) -> ReferenceTable:
-    """Return the table of a model (by identity) along a trajectory (by value), computed once."""
+    """Return the table of a model along a trajectory, cached by the model's identity."""
     return ReferenceTable(model, trajectory)

@@ -1,8 +1,9 @@
-"""The dynamics of a payload on taut cables, batched over states.
+"""Dynamics of a payload on taut cables, batched over states.
 
-State: payload CoM position p and velocity v in the world, attitude R = R_WL, angular velocity W in the axes
-of L; per cable its direction xi (unit, from quadrotor to contact) and angular velocity w (perpendicular to
-xi), in the world; per quadrotor the thrust vector F in the world. Input u: the commanded thrust vectors.
+State: position p and velocity v of the payload's CoM in the world, attitude R = R_WL, angular
+velocity W in the axes of L; per cable its direction xi (unit, from quadrotor to contact) and its
+angular velocity w (perpendicular to xi), in the world; per quadrotor the thrust vector F in the
+world. Input u: the commanded thrust vectors.
 """
 
 from __future__ import annotations
@@ -24,11 +25,11 @@ from drake_aerial.geometry import (
 from drake_aerial.statics.gravity import GRAVITY
 
 _TINY = 1e-30
-"""Below the rounding of any squared angle that matters [rad^2]."""
+"""Smaller than the rounding error of any relevant squared angle [rad^2]."""
 
 
 class PayloadState(NamedTuple):
-    """A batch of states of the model.
+    """Batch of states of the model.
 
     Attributes
     ----------
@@ -39,7 +40,8 @@ class PayloadState(NamedTuple):
     W : (B, 3) array
         Angular velocity of the payload in the axes of L [rad/s].
     xi, w : (B, n, 3) arrays
-        Cable directions (unit, quadrotor to contact) and their angular velocities [rad/s], in the world.
+        Directions (unit, from quadrotor to contact) and angular velocities [rad/s] of the cables,
+        in the world.
     F : (B, n, 3) array
         Thrust vectors in the world [N].
     """
@@ -54,24 +56,24 @@ class PayloadState(NamedTuple):
 
 
 class PayloadDerivative(NamedTuple):
-    """Time derivatives of a batch of states, and the tensions that act.
+    """Time derivatives of a batch of states, and the cable tensions.
 
     Attributes
     ----------
     v, a : (B, 3) arrays
-        Velocity and acceleration of the CoM in the world.
+        Velocity and acceleration of the CoM in the world [m/s, m/s^2].
     W, dW : (B, 3) arrays
-        Angular velocity (R' = R [W]x) and its derivative, in the axes of L.
+        Angular velocity (R' = R [W]x) and its derivative, in the axes of L [rad/s, rad/s^2].
     xi, w : (B, n, 3) arrays
-        Directions and angular velocities of the cables (xi' = w x xi) in the world.
+        Directions and angular velocities of the cables (xi' = w x xi) in the world [-, rad/s].
     dF : (B, n, 3) array
         Derivatives of the thrust vectors [N/s].
     tension : (B, n) array
-        Cable tensions [N]; negative where the cable would have to push.
+        Cable tensions [N]; negative if the cable would have to push.
     q : (B, n, 3) array
-        (contact acceleration + g e3 - F/m) / l, of which dw = xi x q.
+        (contact acceleration + g e3 - F/m) / l [rad/s^2], so that dw = xi x q.
     arm_acceleration : (B, n, 3) array
-        W' x a + W x (W x a), in the axes of L.
+        W' x a + W x (W x a) of each contact, in the axes of L [m/s^2].
     tension_inverse : (B, n, n) array
         Inverse of the matrix of the linear system in the tensions [kg].
     """
@@ -90,17 +92,26 @@ class PayloadDerivative(NamedTuple):
 
     @property
     def dw(self) -> Array:
-        """Derivatives of the cables' angular velocities, (B, n, 3) in the world."""
+        """Derivatives of the cables' angular velocities (B, n, 3) in the world [rad/s^2]."""
         return small_cross(self.xi, self.q)
 
 
 def derivative(
     model: PayloadModelParameters, x: PayloadState, u: Array, wrench: Array | None = None
 ) -> PayloadDerivative:
-    """Return the time derivative of states x (batch B) under commanded thrusts u (B, n, 3) [N].
+    """Return the time derivative of a batch of states.
 
-    One linear system in the n tensions per state, then accelerations by substitution. A `wrench` (6,) pushes on the
-    payload besides: a force on its CoM in the world [N], and a moment in the axes of L [N m].
+    Each state has one linear system in its n tensions; accelerations follow by substitution.
+
+    Parameters
+    ----------
+    model : PayloadModelParameters
+    x : PayloadState
+        Batch B.
+    u : (B, n, 3) array
+        Commanded thrusts [N].
+    wrench : (6,) array, optional
+        External force on the payload's CoM in the world [N], and moment in the axes of L [N m].
     """
     M, J, Jinv, a = model.mass, model.inertia, model.inertia_inverse, model.arms
     m, l = model.quadrotor_mass, model.cable_length
@@ -138,7 +149,7 @@ def derivative(
 def rotation_exp(theta: Array) -> Array:
     """Return the rotation matrices (B, 3, 3) of rotation vectors (B, 3) [rad]."""
     K = skew(theta)
-    # What is added keeps the quotients of zero by zero at their limit, 1.
+    # _TINY keeps the quotients below at their limit, 1, for the angle zero.
     angle = np.sqrt(np.vecdot(theta, theta) + _TINY)[:, None, None]
     half = 0.5 * angle
     return IDENTITY + np.sin(angle) / angle * K + 0.5 * (np.sin(half) / half) ** 2 * (K @ K)
@@ -158,7 +169,7 @@ def rotation_log(R: Array) -> Array:
 
 
 def tangent_basis(xi: Array) -> Array:
-    """Return E (..., 3, 2) with (E1, E2, xi) orthonormal and right-handed; smooth unless xi = e3."""
+    """Return E (..., 3, 2) with (E1, E2, xi) orthonormal and right-handed; smooth for xi != e3."""
     x, y, z = xi[..., 0], xi[..., 1], xi[..., 2]
     s = 1.0 / np.maximum(1.0 - z, 1e-12)
     E = np.empty((*xi.shape, 2))
@@ -171,18 +182,19 @@ def tangent_basis(xi: Array) -> Array:
     return E
 
 
-def transport(a: Array, b: Array, vector: Array) -> Array:
-    """Rotate `vector` (..., 3) by the smallest rotation that takes unit a (..., 3) to unit b (..., 3)."""
-    c = small_cross(a, b)
-    cv = small_cross(c, vector)
-    return vector + cv + small_cross(c, cv) / (1.0 + (a * b).sum(-1))[..., None]
-
-
 def retract(x: PayloadState, delta: Array, E: Array | None = None) -> PayloadState:
-    """Return x moved by error states delta (B, nx); E are the tangent bases at x, where they are known already.
+    """Return states moved by error states.
 
-    Order of the error: p, v, rotation vector of R in L's axes, W (3 each); rotation of each direction about E
-    (2 n); change of each w along the transported E (2 n); F (3 n). nx = 12 + 7 n.
+    Order of the error: p, v, rotation vector of R in L's axes, W (3 each); rotation of each cable
+    about E (2 n); change of each w along the transported E (2 n); F (3 n). nx = 12 + 7 n.
+
+    Parameters
+    ----------
+    x : PayloadState
+        Batch B.
+    delta : (B, nx) array
+    E : (B, n, 3, 2) array, optional
+        Tangent bases at x; computed if not given.
     """
     B, n = x.xi.shape[:2]
     E = tangent_basis(x.xi) if E is None else E
@@ -194,7 +206,7 @@ def retract(x: PayloadState, delta: Array, E: Array | None = None) -> PayloadSta
     cosine = np.cos(angle)
     xi = cosine * x.xi + np.sin(angle) / angle * np.matvec(E, across)
     w = x.w + np.matvec(E, delta[:, 12 + 2 * n : 12 + 4 * n].reshape(B, n, 2))
-    # Transported with the direction; shorter than `transport`, since w is perpendicular to x.xi.
+    # Parallel transport along the arc from x.xi to xi; w is perpendicular to x.xi.
     w -= np.vecdot(xi, w)[:, :, None] / (1.0 + cosine) * (x.xi + xi)
     return PayloadState(
         x.p + delta[:, 0:3],
@@ -205,67 +217,3 @@ def retract(x: PayloadState, delta: Array, E: Array | None = None) -> PayloadSta
         w,
         x.F + delta[:, 12 + 4 * n :].reshape(B, n, 3),
     )
-
-
-def difference(x: PayloadState, y: PayloadState, E: Array | None = None) -> Array:
-    """Return the error states (B, nx) that `retract` x to y; E are the tangent bases at x, where known."""
-    B, n = x.xi.shape[:2]
-    ET = np.swapaxes(tangent_basis(x.xi) if E is None else E, -1, -2)
-    c = small_cross(x.xi, y.xi)
-    sine = np.sqrt((c * c).sum(-1, keepdims=True))
-    angle = np.arctan2(sine, (x.xi * y.xi).sum(-1, keepdims=True))
-    rho = c * np.where(sine > 1e-9, angle / np.maximum(sine, 1e-300), 1.0)
-    dw = transport(y.xi, x.xi, y.w) - x.w
-    theta = rotation_log(np.swapaxes(x.R, 1, 2) @ y.R)
-    return np.concatenate(
-        [
-            y.p - x.p,
-            y.v - x.v,
-            theta,
-            y.W - x.W,
-            (ET @ rho[..., None]).reshape(B, 2 * n),
-            (ET @ dw[..., None]).reshape(B, 2 * n),
-            (y.F - x.F).reshape(B, 3 * n),
-        ],
-        axis=1,
-    )
-
-
-def integrate(
-    model: PayloadModelParameters, x: PayloadState, u: Array, step: float, steps: int = 1
-) -> PayloadState:
-    """Return the states after `steps` steps of 4th-order Runge-Kutta, `step` [s] long, u constant."""
-
-    def flow(rate: PayloadState | None, scale: float) -> PayloadState:
-        if rate is None:
-            return x
-        xi = x.xi + scale * rate.xi
-        return PayloadState(
-            x.p + scale * rate.p,
-            x.v + scale * rate.v,
-            x.R @ rotation_exp(scale * rate.R),
-            x.W + scale * rate.W,
-            xi / np.linalg.norm(xi, axis=-1, keepdims=True),
-            x.w + scale * rate.w,
-            x.F + scale * rate.F,
-        )
-
-    def rates(before: PayloadState | None, scale: float) -> PayloadState:
-        at = flow(before, scale)
-        d = derivative(model, at, u)
-        # The rotation is integrated in the exponential chart at x, where theta' is this series of W.
-        theta = np.zeros_like(d.W) if before is None else scale * before.R
-        half = small_cross(theta, d.W)
-        theta_dot = d.W + half / 2 + small_cross(theta, half) / 12
-        return PayloadState(d.v, d.a, theta_dot, d.dW, small_cross(at.w, at.xi), d.dw, d.dF)
-
-    for _ in range(steps):
-        k1 = rates(None, 0.0)
-        k2 = rates(k1, step / 2)
-        k3 = rates(k2, step / 2)
-        k4 = rates(k3, step)
-        x = flow(
-            PayloadState(*((a + 2 * b + 2 * c + d) / 6 for a, b, c, d in zip(k1, k2, k3, k4))), step
-        )
-        x = x._replace(w=x.w - x.xi * (x.w * x.xi).sum(-1, keepdims=True))
-    return x

@@ -1,4 +1,4 @@
-"""What a controller believes about a payload and the quadrotors that carry it."""
+"""Parameters of the payload model, as a controller believes them."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from drake_aerial.statics.gravity import GRAVITY
 
 @dataclass(frozen=True, eq=False)
 class PayloadModelParameters:
-    """Parameters of the payload model: one rigid payload, n quadrotors as point masses on taut cables.
+    """Parameters of one rigid payload and n quadrotors, point masses on taut cables.
 
-    Scalars given for a quantity per quadrotor hold for all of them. Gripper and cable masses belong to the
-    payload.
+    A scalar stands for n equal values of a quantity per quadrotor. Gripper and cable masses belong
+    to the payload.
 
     Parameters
     ----------
@@ -35,9 +35,15 @@ class PayloadModelParameters:
     quadrotor_mass, cable_length : (n,) arrays
         m_i [kg] and l_i [m].
     thrust_lag : (n, 3) array
-        First-order lag of the thrust vector along the world's x, y, z [s].
+        First-order lag of the thrust vector along the world's x, y, z [s]. It may be shorter than
+        the MPC's step.
     min_thrust, max_thrust : (n,) arrays
         Limits of the total thrust of each quadrotor [N].
+
+    Raises
+    ------
+    InputError
+        If a value has the wrong shape, is not finite, or is physically impossible.
     """
 
     mass: float
@@ -54,15 +60,13 @@ class PayloadModelParameters:
         p_LC = np.atleast_2d(np.asarray(self.p_LC, float))
         if p_LC.ndim != 2 or p_LC.shape[1] != 3 or not len(p_LC) or not np.isfinite(p_LC).all():
             raise InputError(
-                f"p_LC must hold n >= 1 finite contacts (n, 3) [m] but has shape {p_LC.shape}"
+                f"`p_LC` must be n >= 1 finite contacts (n, 3) [m], got shape {p_LC.shape}"
             )
         n = len(p_LC)
         inertia = _array("inertia", self.inertia, (3, 3))
         _check_inertia(inertia)
         if not self.mass > 0.0 or not np.isfinite(self.mass):
-            raise InputError(
-                f"the payload's mass must be strictly positive [kg] but got {self.mass}"
-            )
+            raise InputError(f"`mass` must be in (0, inf) kg, got {self.mass}")
         values = {
             "p_LC": p_LC,
             "inertia": inertia,
@@ -75,15 +79,14 @@ class PayloadModelParameters:
         }
         for name in ("quadrotor_mass", "cable_length", "thrust_lag"):
             if not (values[name] > 0.0).all():
-                raise InputError(
-                    f"{name} must be strictly positive but got {values[name].tolist()}"
-                )
+                raise InputError(f"`{name}` must be positive, got {values[name].tolist()}")
         if (
             not (values["max_thrust"] > values["min_thrust"]).all()
             or (values["min_thrust"] < 0.0).any()
         ):
             raise InputError(
-                "thrust limits must satisfy 0 <= min_thrust < max_thrust [N] for every quadrotor"
+                "`min_thrust` must be in [0, max_thrust) N for every quadrotor, got "
+                f"{values['min_thrust'].tolist()} and max_thrust {values['max_thrust'].tolist()}"
             )
         for name, value in values.items():
             value.setflags(write=False)
@@ -91,12 +94,12 @@ class PayloadModelParameters:
 
     @property
     def n(self) -> int:
-        """The number of quadrotors."""
+        """Number of quadrotors."""
         return len(self.p_LC)
 
     @cached_property
     def arms(self) -> Array:
-        """Contacts relative to the payload's CoM, a_i = p_LC - p_LLcm, (n, 3) [m] in the axes of L."""
+        """Contacts relative to the payload's CoM, a_i = p_LC - p_LLcm (n, 3), in L [m]."""
         return self.p_LC - self.p_LLcm
 
     @cached_property
@@ -116,26 +119,35 @@ class PayloadModelParameters:
 
     @cached_property
     def grasp_matrix(self) -> Array:
-        """P (6, 3 n): stacked cable forces on the payload (axes of L) to force and moment about the CoM."""
+        """Grasp matrix P (6, 3 n).
+
+        It maps the stacked cable forces on the payload (axes of L) to force and moment about the
+        CoM.
+        """
         return np.concatenate(
             [np.tile(np.eye(3), self.n), np.concatenate(list(skew(self.arms)), axis=1)]
         )
 
     @cached_property
     def grasp_inverse(self) -> Array:
-        """P^+ (3 n, 6): the smallest cable forces that make a force and a moment. With one cable, the force alone."""
+        """Pseudo-inverse P^+ (3 n, 6): the smallest cable forces for a force and a moment.
+
+        With one cable, the moment is ignored.
+        """
         return np.asarray(np.linalg.pinv(self.grasp_matrix) if self.n > 1 else np.eye(3, 6), float)
 
     @cached_property
     def hinged(self) -> bool:
-        """Whether all contacts lie on a line or in one point, about which the cables make no moment."""
+        """True if all contacts lie on a line or in one point; cables apply no moment about it."""
         singular = np.linalg.svd(self.p_LC - self.p_LC.mean(0), compute_uv=False)
         return len(singular) < 2 or bool(singular[1] < 1e-6)
 
     @cached_property
     def constant_jacobians(self) -> tuple[Array, Array]:
-        """What never changes of the linearised model: of the core error state's rate (6 + 7 n, 6 + 7 n), with rows
-        for angular velocity, cable rates and thrust lags, and of the contacts' q (n, 3, 6 + 7 n) by the thrusts.
+        """Constant parts of the linearised model, with respect to the core y of the error state.
+
+        Of y' (6 + 7 n, 6 + 7 n), in the rows of angular velocity, cable rates and thrust lags; and
+        of q, due to the thrusts, (n, 3, 6 + 7 n).
         """
         n = self.n
         A, q = np.zeros((6 + 7 * n, 6 + 7 * n)), np.zeros((n, 3, 6 + 7 * n))
@@ -150,7 +162,7 @@ class PayloadModelParameters:
         return A, q
 
     def carried_by(self, quadrotors: Sequence[int]) -> PayloadModelParameters:
-        """Return the model of the same payload on some of the cables only; the mass of what let go stays with it."""
+        """Return the model with some of the cables only; the mass of the others' grippers stays."""
         index = list(quadrotors)
         names = ("p_LC", "quadrotor_mass", "cable_length", "thrust_lag", "min_thrust", "max_thrust")
         return replace(self, **{name: getattr(self, name)[index] for name in names})
@@ -166,19 +178,19 @@ def _array(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
         given = np.asarray(value, float)
         array = np.array(np.broadcast_to(given, shape))
     except (TypeError, ValueError):
-        raise InputError(f"{name} must be of shape {shape} but got {np.shape(value)}") from None
+        raise InputError(f"`{name}` must be of shape {shape}, got {np.shape(value)}") from None
     if not np.isfinite(array).all():
-        raise InputError(f"{name} must be finite but got {np.asarray(value).tolist()}")
+        raise InputError(f"`{name}` must be finite, got {np.asarray(value).tolist()}")
     return array
 
 
 def _check_inertia(inertia: Array) -> None:
     scale = np.abs(inertia).max()
     if not np.allclose(inertia, inertia.T, atol=1e-9 * scale):
-        raise InputError(f"the payload's inertia must be symmetric but got {inertia.tolist()}")
+        raise InputError(f"`inertia` must be symmetric, got {inertia.tolist()}")
     a, b, c = np.linalg.eigvalsh(inertia)
     if a <= 0.0 or a + b < c * (1.0 - 1e-9):
         raise InputError(
-            f"the payload's inertia is impossible: principal moments {a:.4g}, {b:.4g}, {c:.4g} kg m^2; "
-            "each must be positive and at most the sum of the other two"
+            "`inertia` must have positive principal moments, each at most the sum of the others, "
+            f"got {a:.4g}, {b:.4g}, {c:.4g} kg m^2"
         )

@@ -1,1 +1,1 @@
-"""What is known of the flying state: sensors, the position filter, the disturbance observer. No control law."""
+"""Estimation of the flying state: sensor, position filter, disturbance observer; no control law."""

@@ -1,4 +1,4 @@
-"""What pushes that the model does not know of: constant forces on payload and quadrotors, and a moment, observed from motion."""
+"""Disturbance observer: unmodelled constant forces on payload and quadrotors, and a moment."""
 
 from __future__ import annotations
 
@@ -9,14 +9,12 @@ import numpy as np
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
 from drake_aerial.estimation.observation import Observation
 from drake_aerial.geometry import Array, cross
-from drake_aerial.io.typed_yaml.record_fields import Unbounded
+from drake_aerial.io.records import NonNegative, Positive, PositiveOrInfinite, record
 from drake_aerial.statics.gravity import GRAVITY
-
-_HEAD = 7  # seen before, velocity of the CoM (3), angular velocity (3)
 
 
 class Disturbance(NamedTuple):
-    """Forces and a moment that come on top of the model's.
+    """Forces and a moment that the model does not predict.
 
     Attributes
     ----------
@@ -25,12 +23,15 @@ class Disturbance(NamedTuple):
     moment : (3,) array
         On the payload, in the axes of L [N m].
     on_quadrotors : (n, 3) array
-        At each quadrotor, in the world, perpendicular to its cable as observed [N].
+        On each quadrotor, in the world, perpendicular to its cable [N].
+    limited : bool
+        True if one of them is held at the observer's limit, so that the estimate is too small.
     """
 
     force: Array
     moment: Array
     on_quadrotors: Array
+    limited: bool
 
     @property
     def wrench(self) -> Array:
@@ -38,25 +39,62 @@ class Disturbance(NamedTuple):
         return np.concatenate([self.force, self.moment])
 
 
-class DisturbanceObserver(NamedTuple):
-    """A first-order observer of a `Disturbance`, from changes of measured velocities.
-
-    Between two ticks each quadrotor's change of momentum, less its weight and thrust, leaves the cable's pull and what pushes otherwise:
-    its part along the cable is taken for the pull, the rest for the disturbance. The payload's changes of momentum and of angular
-    momentum, less weight and the cables' pulls, leave the payload's. These values are averaged over `time` and held within limits. A
-    push on a quadrotor along its cable thus counts as one on the payload, which moves everything in the same way; and so does a thrust
-    or a mass that is not what the model says. Measured positions, which are noisy, do not enter.
+class ObserverMemory(NamedTuple):
+    """State of a `DisturbanceObserver`: the last observation and the estimate.
 
     Attributes
     ----------
-    time : float
-        Time constant of the forces [s].
-    moment_time : float
-        Time constant of the moment [s]; infinite is none at all.
-    share : float
-        Largest size of each force, as a part of the weight of the payload or the quadrotor.
-    lever : float
-        Largest moment over the payload's weight [m]: how far its CoM may be from where it is believed.
+    begun : float
+        0 before the first observation, then 1.
+    v, W : (3,) arrays
+        Velocity of the CoM in the world [m/s], angular velocity of the payload in L [rad/s].
+    quadrotors : (4, n, 3) array
+        Velocities of the quadrotors, cable directions in the world and in L, thrust axes.
+    estimate : (6 + 3 n,) array
+        Force, moment and forces on the quadrotors, as in `Disturbance`.
+    """
+
+    begun: float
+    v: Array
+    W: Array
+    quadrotors: Array
+    estimate: Array
+
+    @staticmethod
+    def size(n: int) -> int:
+        """Return the length of the vector for n quadrotors; zeros are the initial state."""
+        return 13 + 15 * n
+
+    @classmethod
+    def unpack(cls, values: Array) -> ObserverMemory:
+        """Return the memory in a vector; its arrays are views."""
+        n = (len(values) - 13) // 15
+        quadrotors, estimate = values[7 : 7 + 12 * n], values[7 + 12 * n :]
+        return cls(values[0], values[1:4], values[4:7], quadrotors.reshape(4, n, 3), estimate)
+
+    def pack(self) -> Array:
+        """Return the memory as a vector."""
+        return np.concatenate(
+            [[self.begun], self.v, self.W, self.quadrotors.ravel(), self.estimate]
+        )
+
+
+@record(frozen=True)
+class DisturbanceObserver:
+    """First-order observer of a `Disturbance`, from changes of measured velocities.
+
+    Between two control steps, the change of a quadrotor's momentum less its weight and thrust is
+    the sum of the cable's pull and the disturbance. The part along the cable counts as pull, the
+    rest as disturbance. The changes of the payload's momentum and angular momentum, less its
+    weight and the pulls, are the disturbance on the payload. These values are averaged over
+    `time` and held within limits.
+
+    A force on a quadrotor along its cable therefore counts as a force on the payload, which moves
+    the system in the same way; so does an error of the modelled thrust or mass. Measured
+    positions, which are noisy, are not used.
+
+    An estimate that exceeds a limit is held at the limit. `PayloadMpc` warns once per flight and
+    counts the control steps in its output port `diagnostics`.
 
     Examples
     --------
@@ -66,76 +104,90 @@ class DisturbanceObserver(NamedTuple):
     0.12
     """
 
-    time: float = 0.5
-    moment_time: Unbounded = 1.0
-    share: float = 0.5
-    lever: float = 0.12
-
-    @staticmethod
-    def size(n: int) -> int:
-        """Return how many numbers the memory of an observer of n quadrotors holds; zeros mean that nothing was seen yet."""
-        return _HEAD + 12 * n + 6 + 3 * n
+    time: Positive = 0.5
+    """Time constant of the forces [s]."""
+    moment_time: PositiveOrInfinite = 1.0
+    """Time constant of the moment [s]; infinite (.inf) for no moment."""
+    share: NonNegative = 0.5
+    """Largest force, as a fraction of the weight of the payload or the quadrotor
+    (dimensionless)."""
+    lever: NonNegative = 0.12
+    """Largest moment over the payload's weight [m]: the largest error of its centre of mass."""
 
     def step(
         self,
         model: PayloadModelParameters,
-        memory: Array,
-        seen: Observation,
+        memory: ObserverMemory,
+        observation: Observation,
         thrust: Array,
         dt: float,
-    ) -> Disturbance:
-        """Return the disturbance after an observation, and update `memory` in place.
+    ) -> tuple[Disturbance, ObserverMemory]:
+        """Return the disturbance and the memory after an observation.
 
         Parameters
         ----------
         model : PayloadModelParameters
-        memory : (size(n),) array
-        seen : Observation
+        memory : ObserverMemory
+        observation : Observation
         thrust : (n, 3) array
-            What was commanded since the last observation, in the world [N].
+            Thrusts commanded since the last observation, in the world [N].
         dt : float
-            Time since then [s].
+            Time since the last observation [s].
         """
-        n, m = model.n, model.quadrotor_mass[:, None]
-        v = seen.v + seen.R @ cross(seen.W, model.p_LLcm)
-        moving = np.concatenate([seen.v_WQ, seen.xi, seen.xi @ seen.R, seen.z_WQ]).reshape(4, n, 3)
-        before = memory[_HEAD : _HEAD + 12 * n].reshape(4, n, 3)
-        estimate = memory[_HEAD + 12 * n :]
-        if memory[0]:
-            mean = 0.5 * (before + moving)
-            _, xi, eta, z = mean
-            xi = xi / np.sqrt((xi * xi).sum(-1, keepdims=True))
-            push = m * (moving[0] - before[0]) / dt - (thrust * z).sum(-1, keepdims=True) * z
-            push[:, 2] += GRAVITY * m[:, 0]
-            tension = (push * xi).sum(-1, keepdims=True)
-            W = 0.5 * (memory[4:7] + seen.W)
-            force = model.mass * ((v - memory[1:4]) / dt + [0.0, 0.0, GRAVITY]) + (
-                tension * xi
-            ).sum(0)
-            spin = model.inertia @ (seen.W - memory[4:7]) / dt + cross(W, model.inertia @ W)
-            moment = spin + cross(model.arms, tension * eta).sum(0)
-            found = np.concatenate([force, moment, (push - tension * xi).ravel()])
+        n, o = model.n, observation
+        v = o.v + o.R @ cross(o.W, model.p_LLcm)
+        quadrotors = np.concatenate([o.v_WQ, o.xi, o.xi @ o.R, o.z_WQ]).reshape(4, n, 3)
+        estimate, limited = memory.estimate, [False]
+        if memory.begun:
+            found = self._residual(model, memory, v, o.W, quadrotors, thrust, dt)
             gain = np.full(6 + 3 * n, -np.expm1(-dt / self.time))
             gain[3:6] = -np.expm1(-dt / self.moment_time)
-            estimate += gain * (found - estimate)
+            estimate = estimate + gain * (found - estimate)
             weight = GRAVITY * model.mass
-            _hold(estimate[0:3], self.share * weight)
-            _hold(estimate[3:6], self.lever * weight)
-            for i in range(n):
-                _hold(
-                    estimate[6 + 3 * i : 9 + 3 * i], self.share * GRAVITY * model.quadrotor_mass[i]
-                )
-        memory[0], memory[1:4], memory[4:7] = 1.0, v, seen.W
-        memory[_HEAD : _HEAD + 12 * n] = moving.ravel()
-        return Disturbance(
-            estimate[0:3].copy(), estimate[3:6].copy(), estimate[6:].reshape(n, 3).copy()
+            limits = [self.share * weight, self.lever * weight]
+            limits += (self.share * GRAVITY * model.quadrotor_mass).tolist()
+            limited = [_limit(part, bound) for part, bound in zip(estimate.reshape(-1, 3), limits)]
+        force, moment, on_quadrotors = estimate[0:3], estimate[3:6], estimate[6:].reshape(n, 3)
+        disturbance = Disturbance(
+            force.copy(), moment.copy(), on_quadrotors.copy(), limited=any(limited)
         )
+        return disturbance, ObserverMemory(1.0, v, o.W, quadrotors, estimate)
+
+    @staticmethod
+    def _residual(
+        model: PayloadModelParameters,
+        memory: ObserverMemory,
+        v: Array,
+        W: Array,
+        quadrotors: Array,
+        thrust: Array,
+        dt: float,
+    ) -> Array:
+        """Return the forces and the moment (6 + 3 n,) behind the last change of velocities."""
+        m = model.quadrotor_mass[:, None]
+        before, mean = memory.quadrotors, 0.5 * (memory.quadrotors + quadrotors)
+        _, xi, eta, z = mean
+        xi = xi / np.sqrt((xi * xi).sum(-1, keepdims=True))
+        rest = m * (quadrotors[0] - before[0]) / dt - (thrust * z).sum(-1, keepdims=True) * z
+        rest[:, 2] += GRAVITY * m[:, 0]
+        tension = (rest * xi).sum(-1, keepdims=True)
+        mean_W = 0.5 * (memory.W + W)
+        pull = (tension * xi).sum(0)
+        force = model.mass * ((v - memory.v) / dt + [0.0, 0.0, GRAVITY]) + pull
+        spin = model.inertia @ (W - memory.W) / dt + cross(mean_W, model.inertia @ mean_W)
+        moment = spin + cross(model.arms, tension * eta).sum(0)
+        return np.concatenate([force, moment, (rest - tension * xi).ravel()])
 
 
-def _hold(vector: Array, limit: float) -> None:
-    """Shorten a vector (3,) to a length in place; what is not finite becomes zero."""
+def _limit(vector: Array, bound: float) -> bool:
+    """Shorten a vector (3,) to a length in place, and return whether it was longer.
+
+    A vector that is not finite becomes zero.
+    """
     size = float(np.sqrt(vector @ vector))
     if not np.isfinite(size):
         vector[:] = 0.0
-    elif size > limit:
-        vector *= limit / size
+    elif size > bound:
+        vector *= bound / size
+        return True
+    return False

@@ -1,4 +1,4 @@
-"""What a controller sees: its input ports as one value, the payload's position filtered."""
+"""One measured state as a controller reads it, and the filter of the payload's position."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_aerial.geometry import IDENTITY, Array, cross, skew
+from drake_aerial.io.records import NonNegative, record
 from drake_aerial.plant.cable_geometry import rotation
 
 
@@ -46,7 +47,7 @@ class Observation(NamedTuple):
         return cross(self.xi, self.xi_dot)
 
     def after(self, time: float) -> Observation:
-        """Return what is to be seen `time` [s] later, at constant velocities, for times in which no more happens."""
+        """Return the observation extrapolated by a short `time` [s] at constant velocities."""
         turn = IDENTITY + time * skew(self.W)
         xi = self.xi + time * self.xi_dot
         return self._replace(
@@ -57,13 +58,23 @@ class Observation(NamedTuple):
         )
 
     def of_quadrotors(self, index: NDArray[np.intp]) -> Observation:
-        """Return what is seen with only the quadrotors and cables of `index` (k,)."""
+        """Return the observation of the quadrotors and cables in `index` (k,) only."""
         fields = ("p_WQ", "v_WQ", "z_WQ", "xi", "xi_dot")
         return self._replace(**{name: getattr(self, name)[index] for name in fields})
 
 
 def observe(payload: Array, quadrotors: Array, cables: Array) -> Observation:
-    """Return the observation in port vectors: payload (13,), quadrotors (13 n,), cables (6 n,)."""
+    """Return the observation in the vectors of a controller's input ports.
+
+    Parameters
+    ----------
+    payload : (13,) array
+        Quaternion w, x, y, z, position, angular and linear velocity of L in the world.
+    quadrotors : (13 n,) array
+        The same of each quadrotor.
+    cables : (6 n,) array
+        Direction from quadrotor to contact and its rate, per cable, in the world.
+    """
     quadrotors, cables = quadrotors.reshape(-1, 13), cables.reshape(-1, 6)
     R = rotation(payload[0:4])
     xi, rate = cables[:, 0:3], cables[:, 3:6]
@@ -86,37 +97,69 @@ def observe(payload: Array, quadrotors: Array, cables: Array) -> Observation:
     )
 
 
-class PositionFilter(NamedTuple):
-    """A Kalman filter of a measured position whose rate is measured too.
-
-    The velocity is integrated and corrected by the noisy position, so that the estimate is smooth and does not lag.
-    All three axes share one variance.
+class FilterState(NamedTuple):
+    """State of a `PositionFilter`.
 
     Attributes
     ----------
-    position_noise : float
-        Standard deviation of each measured coordinate [m]; 0 takes measurements as they are.
-    velocity_noise : float
-        Standard deviation of the integrated velocity's error, as white noise per step [m/s].
+    p : (3,) array
+        Estimated position [m].
+    v : (3,) array
+        Last measured velocity [m/s].
+    variance : float
+        Variance of each coordinate of p [m^2]; negative before the first measurement.
     """
 
-    position_noise: float = 0.01
-    velocity_noise: float = 0.01
+    p: Array
+    v: Array
+    variance: float
 
-    def step(self, memory: Array, measured: Array, velocity: Array, dt: float) -> Array:
-        """Return the memory (7,) after a measurement: estimate (3,) [m], last velocity (3,) [m/s], variance [m^2].
+    @classmethod
+    def initial(cls) -> FilterState:
+        """Return the state before the first measurement."""
+        return cls(np.zeros(3), np.zeros(3), -1.0)
 
-        A memory with negative variance stands for "nothing seen yet".
+    @classmethod
+    def unpack(cls, values: Array) -> FilterState:
+        """Return the state in a vector (7,); its arrays are views."""
+        return cls(values[0:3], values[3:6], float(values[6]))
+
+    def pack(self) -> Array:
+        """Return the state as a vector (7,)."""
+        values = np.empty(7)
+        values[0:3], values[3:6], values[6] = self
+        return values
+
+
+@record(frozen=True)
+class PositionFilter:
+    """A Kalman filter of a measured position whose rate is measured too.
+
+    The velocity is integrated and corrected by the noisy position, so that the estimate is smooth
+    and does not lag. All three axes share one variance.
+    """
+
+    position_noise: NonNegative = 0.01
+    """Standard deviation of each measured coordinate [m]; 0 for no filtering."""
+    velocity_noise: NonNegative = 0.01
+    """Standard deviation of the velocity's error, as white noise per step [m/s]."""
+
+    def step(self, state: FilterState, measured: Array, velocity: Array, dt: float) -> FilterState:
+        """Return the state after a measurement.
+
+        Parameters
+        ----------
+        state : FilterState
+        measured, velocity : (3,) arrays
+            Position [m] and its rate [m/s].
+        dt : float
+            Time since the last measurement [s].
         """
         noise = self.position_noise**2
-        after = np.empty(7)
-        after[3:6] = velocity
-        if memory[6] < 0.0 or noise == 0.0:
-            after[0:3], after[6] = measured, noise
-            return after
-        variance = memory[6] + (self.velocity_noise * dt) ** 2
+        if state.variance < 0.0 or noise == 0.0:
+            return FilterState(measured, velocity, noise)
+        variance = state.variance + (self.velocity_noise * dt) ** 2
         gain = variance / (variance + noise)
-        predicted = memory[0:3] + 0.5 * dt * (memory[3:6] + velocity)
-        after[0:3] = predicted + gain * (measured - predicted)
-        after[6] = (1.0 - gain) * variance
-        return after
+        predicted = state.p + 0.5 * dt * (state.v + velocity)
+        p = predicted + gain * (measured - predicted)
+        return FilterState(p, velocity, (1.0 - gain) * variance)

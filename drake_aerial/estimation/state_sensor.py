@@ -1,4 +1,4 @@
-"""What the controllers get to see: a sensor of fixed rate, with noise on the payload's position."""
+"""Sensor of the states that controllers read: fixed rate, noise on the payload's position."""
 
 from __future__ import annotations
 
@@ -14,42 +14,48 @@ from drake_aerial.plant.cable_geometry import cable_directions
 from drake_aerial.plant.world import TIME_STEP
 
 
-class PayloadPerception(LeafSystem):
-    """Samples payload, quadrotors and cables at a fixed rate, whatever the controller's, and holds the samples.
+class StateSensor(LeafSystem):
+    """Samples payload, quadrotors and cables at a fixed rate and holds the samples.
 
-    The payload's measured position has independent Gaussian noise on every coordinate; the cables' directions are measured on their
-    own, or inferred from the noisy payload position.
+    The payload's measured position has independent Gaussian noise on every coordinate. The cables'
+    directions are measured directly, or computed from the noisy position.
 
-    | port | size | meaning |
-    |---|---|---|
-    | in `payload_state` | 13 | true w x y z, position, angular and linear velocity of L in the world |
-    | in `quadrotor_states` | 13 n | the same of each Q |
-    | in `attached` | n | 1 where a gripper holds, 0 where it let go; may be left unconnected: all hold |
-    | in `payload_acceleration` | 6 | angular and linear of L in the world; may be left unconnected |
-    | in `quadrotor_accelerations` | 6 n | the same of each Q; may be left unconnected |
-    | out `payload_state` | 13 | sampled, the position noisy |
-    | out `quadrotor_states` | 13 n | sampled |
-    | out `cable_directions` | 6 n | per cable: unit vector from quadrotor to contact, and its rate [1/s], in the world |
-    | out `attached` | n | sampled: a gripper's contact switch |
+    | port | size | meaning | unit | frame |
+    |---|---|---|---|---|
+    | in `payload_state` | 13 | w x y z, p, angular, linear velocity of L | m, rad/s, m/s | world |
+    | in `quadrotor_states` | 13 n | the same of each Q | m, rad/s, m/s | world |
+    | in `attached` | n | 1: gripper attached, 0: released; optional (1) | - | - |
+    | in `payload_acceleration` | 6 | angular, linear of L; optional | rad/s^2, m/s^2 | world |
+    | in `quadrotor_accelerations` | 6 n | the same of each Q; optional | rad/s^2, m/s^2 | world |
+    | out `payload_state` | 13 | sample, with noise on p | m, rad/s, m/s | world |
+    | out `quadrotor_states` | 13 n | sample | m, rad/s, m/s | world |
+    | out `cable_directions` | 6 n | unit vector quadrotor to contact, rate | -, 1/s | world |
+    | out `attached` | n | sample | - | - |
 
-    A discrete plant adds a step's impulse to velocities first and moves positions by the new ones, so its velocities are those of half a
-    step before its positions. Where accelerations are given, sampled velocities are those of the sample's own moment.
+    A discrete plant updates velocities first and moves positions by the new velocities, so its
+    velocities are half a step older than its positions. If accelerations are connected, sampled
+    velocities are extrapolated to the time of the sample.
 
-    The noise of a sample is a function of the seed and of the sample's number alone; the seed is a parameter in the Context
-    (`set_seed`), so that one diagram serves many trials.
+    The noise of a sample depends on the seed and the number of the sample only. The seed is a
+    parameter in the Context (`set_seed`), so one diagram serves many trials.
 
     Parameters
     ----------
     p_LC : (n, 3) array
         Contacts in L [m].
     period : float
-        Of the samples, the first at 0 [s].
+        Sampling period [s]; the first sample is at time 0.
     noise : float
-        Standard deviation of each coordinate of the payload's position [m].
+        Standard deviation of each measured coordinate of the payload's position [m].
     measured_directions : bool
-        Whether cable directions are measured on their own.
+        Whether cable directions are measured directly.
     time_step : float
-        Of the plant whose accelerations are connected [s].
+        Time step of the plant whose accelerations are connected [s].
+
+    Raises
+    ------
+    InputError
+        If the noise is negative, the period is not positive, or one of them is not finite.
     """
 
     def __init__(
@@ -64,12 +70,12 @@ class PayloadPerception(LeafSystem):
         super().__init__()
         p_LC = np.asarray(p_LC, dtype=float).reshape(-1, 3)
         if not (np.isfinite(noise) and noise >= 0.0):
-            raise InputError(f"the position noise is {noise!r} m; 0 or more accepted")
+            raise InputError(f"`noise` must be in [0, inf) m, got {noise!r}")
         if not (np.isfinite(period) and period > 0.0):
-            raise InputError(f"the perception's period is {period!r} s; a positive number accepted")
+            raise InputError(f"`period` must be in (0, inf) s, got {period!r}")
         n = len(p_LC)
         self._philox = np.random.Philox(key=0)
-        self._place: Any = self._philox.state
+        self._position: Any = self._philox.state
         self._generator = np.random.Generator(self._philox)
         self._p_LC, self._period, self._noise, self._measured = (
             p_LC.tolist(),
@@ -98,7 +104,7 @@ class PayloadPerception(LeafSystem):
             self.DeclareStateOutputPort(name, index)
 
     def set_seed(self, context: Context, seed: int) -> None:
-        """Set the noise's seed in this system's context."""
+        """Set the seed of the noise in this system's context."""
         context.get_mutable_numeric_parameter(self._seed).SetFromVector([float(seed)])
 
     def _sample(self, context: Context, discrete_state: DiscreteValues) -> None:
@@ -127,8 +133,8 @@ class PayloadPerception(LeafSystem):
     def _sampled(
         self, context: Context, states: InputPort, accelerations: InputPort
     ) -> list[float]:
-        """Return states (13 k) whose velocities are those of their own moment."""
-        # Plain floats, as in the attitude law: for few bodies they are faster than small arrays.
+        """Return states (13 k) with velocities at the time of their positions."""
+        # Plain floats: for few bodies they are faster than small arrays.
         sampled: list[float] = states.Eval(context).tolist()
         if accelerations.HasValue(context):
             rates, h = accelerations.Eval(context).tolist(), self._half_step
@@ -140,13 +146,13 @@ class PayloadPerception(LeafSystem):
         return sampled
 
     def _normal(self, seed: int, number: int) -> Array:
-        """Return three standard normal numbers that belong to a seed and a sample.
+        """Return the three standard normal numbers of a sample.
 
-        One stream per seed, one block of it per sample: the same noise for whoever asks, in whatever order. The generator is set to its
-        place before it is asked, since making one takes six times as long.
+        Each seed has a stream and each sample a block of it, so the order of calls does not matter.
+        Setting the generator's position is six times faster than making a generator.
         """
-        place = self._place["state"]
-        place["key"] = np.array([seed, 0], dtype=np.uint64)
-        place["counter"] = np.array([0, 0, 0, number], dtype=np.uint64)
-        self._philox.state = self._place
+        position = self._position["state"]
+        position["key"] = np.array([seed, 0], dtype=np.uint64)
+        position["counter"] = np.array([0, 0, 0, number], dtype=np.uint64)
+        self._philox.state = self._position
         return self._generator.standard_normal(3)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
+from annotated_types import Ge, Lt
 from numpy.typing import ArrayLike, NDArray
 
 from drake_aerial.cloud.assumptions import Assumption, AssumptionKind
@@ -25,6 +27,7 @@ from drake_aerial.geometry import (
     quat_from_xz,
     quat_multiply,
 )
+from drake_aerial.io.records import NonNegative, Positive, Whole, record
 from drake_aerial.parallel import one_blas_thread
 
 # |r1| on a right-angled edge: plane fits smooth the edge over the ball, at any rho.
@@ -37,47 +40,32 @@ _FEW_POINTS = 50
 _ROUNDING = 1e-9
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class FeatureParameters:
-    """What surface features depend on; a skill stores them, since features compare only at equal parameters.
+    """Parameters of surface features.
 
-    Attributes
-    ----------
-    rho : float
-        Radius of the ball neighbourhood [m].
-    voxel : float or None
-        Side of the cubes the cloud is downsampled to [m]; None is rho/4, 0 leaves the cloud as it is.
-    min_neighbours : int
-        Points with fewer neighbours in the ball, themselves included, are left out as stray ones.
-    rim_offset : float
-        A neighbourhood whose centroid is further than this part of rho from its point, along the surface, is
-        one-sided.
-    edge_saliency : float
-        Saliency of a rim: |r1| on a right-angled edge of a box, which this regression puts at 1.1 to 1.2.
-    anisotropy_floor : float
-        |r1| below which curvature counts as noise in the anisotropy confidence.
+    A skill stores them, since features compare only at equal parameters.
     """
 
-    rho: float = 0.03
-    voxel: float | None = None
-    min_neighbours: int = 6
-    rim_offset: float = 0.25
-    edge_saliency: float = EDGE_SALIENCY
-    anisotropy_floor: float = 0.05
+    rho: Positive = 0.03
+    """Radius of the ball neighbourhood [m]."""
+    voxel: NonNegative | None = None
+    """Edge of the cubes that the cloud is downsampled to [m], below rho; None for rho / 4, 0 for no
+    downsampling."""
+    min_neighbours: Annotated[Whole, Ge(4)] = 6
+    """Smallest number of points in a neighbourhood, its centre included; points with fewer are
+    dropped."""
+    rim_offset: Annotated[Positive, Lt(1)] = 0.25
+    """Offset of a neighbourhood's centroid along the surface, as a fraction of rho, above which its
+    centre is on a rim (dimensionless)."""
+    edge_saliency: NonNegative = EDGE_SALIENCY
+    """Saliency of rim points; 1.1 to 1.2 is |r1| on a right-angled edge (dimensionless)."""
+    anisotropy_floor: Positive = 0.05
+    """Value of |r1| below which curvature counts as noise in the anisotropy (dimensionless)."""
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.rho) and self.rho > 0.0):
-            raise InputError(f"rho should be a positive radius in metres, got {self.rho}")
-        if self.voxel is not None and not 0.0 <= self.voxel < self.rho:
-            raise InputError(f"voxel should be between 0 and rho = {self.rho} m, got {self.voxel}")
-        if self.min_neighbours < 4:
-            raise InputError(f"min_neighbours should be at least 4, got {self.min_neighbours}")
-        if not 0.0 < self.rim_offset < 1.0:
-            raise InputError(f"rim_offset should be between 0 and 1, got {self.rim_offset}")
-        if not self.edge_saliency >= 0.0:
-            raise InputError(f"edge_saliency should not be negative, got {self.edge_saliency}")
-        if not self.anisotropy_floor > 0.0:
-            raise InputError(f"anisotropy_floor should be positive, got {self.anisotropy_floor}")
+        if self.voxel is not None and self.voxel >= self.rho:
+            raise InputError(f"`voxel` must be < rho = {self.rho:g} m, got {self.voxel}")
 
     @property
     def voxel_size(self) -> float:

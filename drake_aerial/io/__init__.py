@@ -1,1 +1,1 @@
-"""Files: written whole, archives, YAML records, shipped models. Nothing of the method."""
+"""Files: whole writes, archives, YAML and JSON, records, shipped models. Nothing of the method."""

@@ -1,4 +1,4 @@
-"""Whole files or none: everything the package writes goes under a temporary name first and is then renamed."""
+"""Write whole files or none: under a temporary name first, which is then renamed."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from drake_aerial.errors import InputError
 
 @contextmanager
 def replacing(path: str | Path) -> Iterator[Path]:
-    """Yield a temporary path in the same folder that replaces `path` when the block ends without an error.
+    """Yield a temporary path that replaces `path` if the block ends without an error.
 
     Parameters
     ----------
     path : str or Path
-        The file to write; its folder is made if missing.
+        The file to write; its folder, in which the temporary file is, is made if missing.
 
     Raises
     ------
@@ -29,8 +29,8 @@ def replacing(path: str | Path) -> Iterator[Path]:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         if os.path.isdir(path):
-            raise InputError(f"{path} is a folder; give the name of a file to write")
-        # The suffix is kept, since some writers choose their format by it.
+            raise InputError(f"cannot write {path}: it is a folder; give the name of a file")
+        # Some writers choose their format by the suffix.
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=f".{path.name}")
     except OSError as error:
         raise InputError(f"cannot write {path}: {error.strerror or error}") from error

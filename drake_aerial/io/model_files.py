@@ -1,4 +1,4 @@
-"""Where the models that ship with the package are: payloads, demonstrations, meshes."""
+"""Shipped models: payloads, demonstrations, studies, meshes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _PACKAGE = Path(__file__).resolve().parents[1]
 
 
 def models_dir() -> Path:
-    """Return the folder of the shipped models, whether the package is installed or run from a checkout."""
+    """Return the folder of the shipped models, of an installed package or of a checkout."""
     for candidate in (_PACKAGE / "share" / "models", _PACKAGE.parent / "models"):
         if (candidate / "package.xml").is_file():
             return candidate
@@ -19,12 +19,12 @@ def models_dir() -> Path:
 
 
 def names(kind: str) -> list[str]:
-    """Return the names of the shipped files of a kind: "payloads", "demonstrations" or "studies"."""
+    """Return the names of the shipped "payloads", "demonstrations" or "studies"."""
     return sorted(path.stem for path in (models_dir() / kind).glob("*.yaml"))
 
 
 def find(kind: str, name_or_path: str | Path) -> Path:
-    """Return the file that a NAME of a shipped model, or a path, stands for.
+    """Return the path of a file that is given by its path or by the name of a shipped model.
 
     Parameters
     ----------

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+from annotated_types import Ge
 from pydrake.geometry import Cylinder
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
@@ -18,44 +20,30 @@ from pydrake.multibody.tree import (
 )
 from pydrake.systems.framework import Context
 
+from drake_aerial.choices import CableKind
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
+from drake_aerial.io.records import NonNegative, Number, record
 from drake_aerial.plant.gripper import Gripper
 from drake_aerial.plant.quadrotor import Quadrotor
 from drake_aerial.plant.world import refuse_world_body
 
-KINDS = ("inextensible", "elastic")
 
-
-@dataclass(frozen=True)
+@record(frozen=True)
 class CableParameters:
     """A cable between a quadrotor's centre of mass and a gripper."""
 
-    kind: str = "inextensible"
-    """"inextensible": a telescope of almost no mass whose limit is the length; "elastic": a spring and damper that only pull."""
-    length: float = 0.5
-    """[m]"""
-    stiffness: float = 5e3
-    """Of the elastic kind [N/m]."""
-    damping: float = 10.0
-    """Of the elastic kind, while taut [N s/m]."""
-    link_mass: float = 2e-4
-    """Of the inextensible kind's one link [kg]."""
-
-    def __post_init__(self) -> None:
-        if self.kind not in KINDS:
-            raise InputError(f"a cable of kind {self.kind!r}; {' or '.join(KINDS)} accepted")
-        for name, lowest in (
-            ("length", 1e-3),
-            ("stiffness", 1e-9),
-            ("damping", 0.0),
-            ("link_mass", 1e-6),
-        ):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value >= lowest):
-                raise InputError(
-                    f"the cable's {name} is {value!r}; a number from {lowest:g} up accepted"
-                )
+    kind: CableKind = "inextensible"
+    """inextensible (a telescope with a limit at the length) or elastic (a spring and damper that
+    only pull)."""
+    length: Annotated[Number, Ge(1e-3)] = 0.5
+    """Length [m]."""
+    stiffness: Annotated[Number, Ge(1e-9)] = 5e3
+    """Stiffness of an elastic cable [N/m]."""
+    damping: NonNegative = 10.0
+    """Damping of an elastic cable while it is taut [N s/m]."""
+    link_mass: Annotated[Number, Ge(1e-6)] = 2e-4
+    """Mass of the link of an inextensible cable [kg]."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+from annotated_types import Ge
 from scipy.special import gammainc
 
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
+from drake_aerial.io.records import NonNegative, Number, record
 
 FOOT = 0.3048
 """[m]"""
@@ -21,12 +23,15 @@ _SHAPE = np.array(
     [[0.0, 0.0], [np.sqrt(3.0), 1.0 - np.sqrt(3.0)], [np.sqrt(3.0), 1.0 - np.sqrt(3.0)]]
 )
 
+TimeScale = Annotated[Number, Ge(1e-3)]
 
-@dataclass(frozen=True)
+
+@record(frozen=True)
 class Dryden:
-    """Turbulence of Dryden's form, carried past a point by the mean wind, with components along it, across it and up.
+    """Dryden turbulence that the mean wind carries past a point.
 
-    With T = L / V, the time in which a length scale passes, the one-sided spectra over the angular frequency w are (MIL-F-8785C)
+    Its components are along the mean wind, across it and up. T = L / V is the time in which a
+    length scale passes. The one-sided spectra over the angular frequency w are (MIL-F-8785C)
 
         along       s^2 2 T / pi / (1 + (T w)^2)
         across, up  s^2 T / pi (1 + 3 (T w)^2) / (1 + (T w)^2)^2
@@ -41,19 +46,10 @@ class Dryden:
     [1.5, 1.5, 0.8]
     """
 
-    intensity: tuple[float, float, float]
+    intensity: tuple[NonNegative, NonNegative, NonNegative]
     """Standard deviations s along the mean wind, across it and up [m/s]."""
-    time: tuple[float, float, float]
-    """Time scales T of the same [s]."""
-
-    def __post_init__(self) -> None:
-        for name, least in (("intensity", 0.0), ("time", 1e-3)):
-            value = np.asarray(getattr(self, name), dtype=float)
-            if value.shape != (3,) or not np.isfinite(value).all() or value.min() < least:
-                raise InputError(
-                    f"the turbulence's {name} is {getattr(self, name)!r}; three finite numbers of at least {least:g} accepted"
-                )
-            object.__setattr__(self, name, tuple(value.tolist()))
+    time: tuple[TimeScale, TimeScale, TimeScale]
+    """Time scales T along the mean wind, across it and up [s]."""
 
     @classmethod
     def low_altitude(

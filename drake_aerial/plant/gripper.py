@@ -14,28 +14,21 @@ from pydrake.multibody.tree import ModelInstanceIndex, RigidBody, SpatialInertia
 
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, perpendicular, quat_from_xz
-from drake_aerial.io.typed_yaml.record_fields import Unbounded
+from drake_aerial.io.records import Positive, PositiveOrInfinite, record
 from drake_aerial.plant.payload_body import PayloadBody
 
 _RADIUS, _HEIGHT = 0.02, 0.01
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class GripperParameters:
     """A magnetic gripper."""
 
-    holding_force: Unbounded = 20.0
-    """The pull along the contact's normal at which it lets go [N]; infinite for one that never does."""
-    mass: float = 0.002
-    """Counts to the payload's side of the cable [kg]."""
-
-    def __post_init__(self) -> None:
-        if not self.holding_force > 0.0:
-            raise InputError(
-                f"the gripper's holding_force is {self.holding_force!r} N; a positive number accepted"
-            )
-        if not (np.isfinite(self.mass) and self.mass > 0.0):
-            raise InputError(f"the gripper's mass is {self.mass!r} kg; a positive number accepted")
+    holding_force: PositiveOrInfinite = 20.0
+    """Pull along the contact's normal above which the gripper lets go [N]; infinite (.inf) for a
+    gripper that never does."""
+    mass: Positive = 0.002
+    """Mass, which is added to the payload [kg]."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, cast
@@ -13,7 +12,7 @@ from numpy.typing import ArrayLike
 from drake_aerial import geometry
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, Pose
-from drake_aerial.io import model_files, strict_yaml
+from drake_aerial.io import strict_yaml
 from drake_aerial.plant import triangles
 from drake_aerial.plant.mass_properties import (
     SolidProperties,
@@ -21,13 +20,12 @@ from drake_aerial.plant.mass_properties import (
     is_closed,
     solid_properties,
 )
+from drake_aerial.plant.payload_file import read_payload_file
 
 TABLE_MASS = 0.25
 """Payload mass of the paper's parameter table [kg]."""
 TABLE_INERTIA = (0.006, 0.0059, 0.0107)
 """Principal moments of the paper's parameter table [kg m^2]; its J_zz is printed as 0.107, which no body has."""
-
-_KEYS = ("name", "description", "mesh", "box", "scale", "com", "inertia", "pose")
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,25 +84,8 @@ class Payload:
         InputError
             For a missing file, an unknown key (the nearest known one is named) or an impossible value.
         """
-        path = model_files.find("payloads", name_or_path)
-        data = strict_yaml.read_mapping(path)
-        strict_yaml.check_keys(data, str(path), required=("mass",), optional=_KEYS)
-        if ("mesh" in data) == ("box" in data):
-            raise InputError(f"{path}: one of the keys 'mesh' and 'box' must be given")
-        given: dict[str, Any] = {
-            "name": str(data.get("name", path.stem)),
-            "com": data.get("com"),
-            "inertia": data.get("inertia"),
-            "X_SP": _pose(data.get("pose"), path),
-        }
-        mass = strict_yaml.number(data["mass"], f"{path}: mass")
-        scale = strict_yaml.number(data.get("scale", 1.0), f"{path}: scale")
-        if scale <= 0.0:
-            raise InputError(f"{path}: scale is {scale:g}; a positive number accepted")
-        if "box" in data:
-            size = strict_yaml.numbers(data["box"], (3,), f"{path}: box")
-            return cls.from_box(scale * size, mass, **given)
-        return cls.from_mesh(_mesh_path(str(data["mesh"]), path), mass, scale=scale, **given)
+        arguments = read_payload_file(name_or_path)
+        return cls.from_box(**arguments) if "size" in arguments else cls.from_mesh(**arguments)
 
     @classmethod
     def from_box(
@@ -259,33 +240,3 @@ def _solid(vertices: Array, faces: Array, name: str) -> SolidProperties:
             "and inertia (three moments about the centre of mass, kg m^2), or a closed mesh with outward triangles"
         )
     return solid
-
-
-def _mesh_path(uri: str, beside: Path) -> Path:
-    prefix = "package://drake_aerial/"
-    if uri.startswith(prefix):
-        models = model_files.models_dir().resolve()
-        found = Path(os.path.normpath(models / uri.removeprefix(prefix)))
-        if not found.is_relative_to(models):
-            raise InputError(f"{beside}: mesh: {uri} leads out of the package's models")
-        return found
-    return beside.parent / uri
-
-
-def _pose(value: Any, path: Path) -> Pose:
-    if value is None:
-        return geometry.identity()
-    if not isinstance(value, dict):
-        raise InputError(
-            f"{path}: pose is {strict_yaml.shown(value)}; position and quaternion_wxyz accepted"
-        )
-    strict_yaml.check_keys(value, f"{path}: pose", optional=("position", "quaternion_wxyz"))
-    p = strict_yaml.numbers(value.get("position", [0, 0, 0]), (3,), f"{path}: pose: position")
-    q = strict_yaml.numbers(
-        value.get("quaternion_wxyz", [1, 0, 0, 0]), (4,), f"{path}: pose: quaternion_wxyz"
-    )
-    if abs(np.linalg.norm(q) - 1.0) > 1e-3:
-        raise InputError(
-            f"{path}: pose: quaternion_wxyz has norm {np.linalg.norm(q):.4g}; a unit one accepted"
-        )
-    return Pose(p, geometry.quat_normalize(q))

@@ -15,45 +15,41 @@ from pydrake.systems.primitives import Saturation
 
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
-from drake_aerial.io.typed_yaml.reading import read_record
+from drake_aerial.io.records import NonNegative, Positive, read_record, record
 from drake_aerial.plant.mass_properties import check_inertia
 from drake_aerial.plant.motor_lag import MotorLag
 from drake_aerial.plant.world import contact_properties
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class QuadrotorParameters:
-    """A quadrotor of X configuration; its body frame Q has x forward, y left, z along the thrust, origin at the centre of mass.
+    """A quadrotor of X configuration.
 
-    The defaults are the paper's table. It gives no thrust coefficient: 6.572e-9 N/rpm^2 is the one published for that
-    airframe with bull-nose propellers (7.07 N at the maximal RPM); arm and drag torque are common values of that size.
+    Its body frame Q has x forward, y left, z along the thrust; its origin is the centre of mass.
+    The defaults are the paper's table. It gives no thrust coefficient: 6.572e-9 N/rpm^2 is
+    published for that airframe with bull-nose propellers (7.07 N at the maximal RPM). Arm and drag
+    ratio are common values of that size.
     """
 
-    mass: float = 0.25
-    """[kg]"""
-    inertia: tuple[float, float, float] = (6e-4, 5e-4, 1e-3)
-    """Principal moments along Q's axes [kg m^2]."""
-    thrust_coefficient: float = 6.572e-9
-    """Thrust of one propeller per squared RPM [N/rpm^2]."""
-    drag_ratio: float = 0.016
+    mass: Positive = 0.25
+    """Mass [kg]."""
+    inertia: tuple[Positive, Positive, Positive] = (6e-4, 5e-4, 1e-3)
+    """Principal moments of inertia along Q's axes [kg m^2]."""
+    thrust_coefficient: Positive = 6.572e-9
+    """Thrust of one propeller per squared speed [N/rpm^2]."""
+    drag_ratio: Positive = 0.016
     """Yaw moment of a propeller over its thrust [m]."""
-    arm: float = 0.10
+    arm: Positive = 0.10
     """Distance of each propeller from the centre [m]."""
-    min_rpm: float = 5500.0
+    min_rpm: NonNegative = 5500.0
     """Lowest speed of a propeller [rpm]."""
-    max_rpm: float = 16400.0
+    max_rpm: Positive = 16400.0
     """Highest speed of a propeller [rpm]."""
 
     def __post_init__(self) -> None:
-        check_inertia(self.inertia, "the quadrotor's inertia")
-        for name in ("mass", "thrust_coefficient", "drag_ratio", "arm", "max_rpm"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0.0):
-                raise InputError(f"the quadrotor's {name} is {value!r}; a positive number accepted")
-        if not 0.0 <= self.min_rpm < self.max_rpm:
-            raise InputError(
-                f"the quadrotor's min_rpm is {self.min_rpm:g}; 0 up to max_rpm = {self.max_rpm:g} accepted"
-            )
+        check_inertia(self.inertia, "`inertia`")
+        if self.min_rpm >= self.max_rpm:
+            raise InputError(f"`min_rpm` must be < max_rpm = {self.max_rpm:g}, got {self.min_rpm}")
 
     @classmethod
     def read(cls, path: str | Path) -> QuadrotorParameters:

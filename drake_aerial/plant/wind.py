@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.multibody.math import SpatialForce
@@ -19,6 +17,7 @@ from pydrake.systems.framework import (
 
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
+from drake_aerial.io.records import NonNegative, Positive, Vector, record
 from drake_aerial.plant.cable_geometry import rotation
 from drake_aerial.plant.dryden import Dryden
 from drake_aerial.plant.payload_body import PayloadBody
@@ -29,16 +28,15 @@ AIR_DENSITY = 1.225
 TURBULENCE_PERIOD = 0.002
 """Between two values of the turbulence where no other is asked for, held in between: the plant's own default step [s]."""
 
-Three = tuple[float, float, float]
 
-
-@dataclass(frozen=True)
+@record(frozen=True)
 class WindParameters:
-    """Mean wind, one gust and turbulence, which add up; vectors are in the world frame. With zeros, the drag of still air remains.
+    """Mean wind, a gust and turbulence, which add up; with zeros, the drag of still air remains.
 
-    The wind is the same everywhere at a time, and pushes on the payload and on the quadrotors. Not modelled: the quadrotors' downwash on
-    the payload and on one another, the drag of cables and grippers, lift and aerodynamic moments, what inflow does to the propellers'
-    thrust, and how turbulence differs between two places or with height.
+    Vectors are in the world frame. The wind is the same everywhere, and acts on the payload and on
+    the quadrotors. Not modelled: the quadrotors' downwash on the payload and on one another, the
+    drag of cables and grippers, lift and aerodynamic moments, the effect of inflow on the
+    propellers' thrust, and the change of turbulence with place or height.
 
     Examples
     --------
@@ -48,41 +46,22 @@ class WindParameters:
     (3.0, 0.0, 0.0)
     """
 
-    mean: Three = (0.0, 0.0, 0.0)
-    """Constant velocity of the air [m/s]."""
-    gust: Three = (0.0, 0.0, 0.0)
-    """Peak of a gust of the "1 - cosine" shape [m/s]."""
-    gust_start: float = 5.0
-    """When it begins [s]."""
-    gust_duration: float = 2.0
-    """From calm to calm [s]."""
+    mean: Vector = (0.0, 0.0, 0.0)
+    """Mean velocity of the air [m/s]."""
+    gust: Vector = (0.0, 0.0, 0.0)
+    """Peak velocity of a gust of the "1 - cosine" shape [m/s]."""
+    gust_start: NonNegative = 5.0
+    """Time at which the gust begins [s]."""
+    gust_duration: Positive = 2.0
+    """Duration of the gust [s]."""
     turbulence: Dryden | None = None
-    """Of Dryden's spectra, along the mean wind's horizontal heading (the world's x where it has none), across it and up."""
-    payload_drag: float = 1.05
-    """Drag coefficient of the payload, whose areas [m^2] are those of its bounding box's faces; 1.05 is a cube's."""
-    quadrotor_drag_area: float = 0.01
-    """Drag coefficient times area of each quadrotor, the same from all sides [m^2]."""
-
-    def __post_init__(self) -> None:
-        for name in ("mean", "gust"):
-            value = np.asarray(getattr(self, name), dtype=float)
-            if value.shape != (3,) or not np.isfinite(value).all():
-                raise InputError(
-                    f"the wind's {name} is {getattr(self, name)!r}; three finite numbers [m/s] accepted"
-                )
-            object.__setattr__(self, name, tuple(value.tolist()))
-        if self.turbulence is not None and not isinstance(self.turbulence, Dryden):
-            raise InputError(
-                f"the wind's turbulence is {self.turbulence!r}; a Dryden or None accepted"
-            )
-        if not (np.isfinite(self.gust_duration) and self.gust_duration > 0.0):
-            raise InputError(
-                f"the wind's gust_duration is {self.gust_duration!r} s; a positive number accepted"
-            )
-        for name in ("gust_start", "payload_drag", "quadrotor_drag_area"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value >= 0.0):
-                raise InputError(f"the wind's {name} is {value!r}; 0 or more accepted")
+    """Dryden turbulence along the mean wind's horizontal heading (the world's x if it has none),
+    across it and up; None for none."""
+    payload_drag: NonNegative = 1.05
+    """Drag coefficient of the payload, for the areas of its bounding box's faces; 1.05 is that of a
+    cube (dimensionless)."""
+    quadrotor_drag_area: NonNegative = 0.01
+    """Drag coefficient times area of each quadrotor, the same in all directions [m^2]."""
 
 
 class Wind(LeafSystem):

@@ -1,1 +1,1 @@
-"""Reference trajectories of the payload's tracked point, as values and as files. No dynamics."""
+"""Reference trajectories of the payload's tracked point, as values and as files; no dynamics."""

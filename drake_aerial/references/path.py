@@ -1,18 +1,20 @@
-"""Pieces of a reference path: timing laws, lines, arcs; with derivatives up to snap.
+"""Segments of a reference path: timing laws, lines, arcs; with derivatives up to snap.
 
-A derivative stack is an array whose first axis is the order of the time derivative, 0 to 4: value, velocity,
+The first axis of a derivative stack is the order of the time derivative, 0 to 4: value, velocity,
 acceleration, jerk, snap.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
 
+Point = tuple[float, float, float]
 TIMINGS = ("smooth", "quintic", "constant")
 _POLYNOMIALS = {
     "smooth": np.polynomial.Polynomial(
@@ -28,8 +30,8 @@ def timing_law(timing: str, tau: Array) -> Array:
     Parameters
     ----------
     timing : str
-        "quintic" (velocity and acceleration vanish at both ends), "smooth" (jerk and snap do too, so that thrust
-        directions have no step there), or "constant" (constant rate, which starts and ends with a velocity step).
+        "quintic" (velocity and acceleration vanish at both ends), "smooth" (jerk and snap vanish
+        too, so thrust directions have no step) or "constant" (a velocity step at both ends).
     tau : (B,) array
         Normalised time in [0, 1].
 
@@ -37,13 +39,18 @@ def timing_law(timing: str, tau: Array) -> Array:
     -------
     (5, B) array
         Derivative stack.
+
+    Raises
+    ------
+    InputError
+        If the timing is unknown.
     """
     if timing in _POLYNOMIALS:
         s = _POLYNOMIALS[timing]
         return np.stack([(s.deriv(k) if k else s)(tau) for k in range(5)])
     if timing == "constant":
         return np.stack([tau, np.ones_like(tau), *(np.zeros_like(tau) for _ in range(3))])
-    raise InputError(f"timing {timing!r} is not known: give one of {', '.join(TIMINGS)}")
+    raise InputError(f"`timing` must be one of {', '.join(TIMINGS)}, got {timing!r}")
 
 
 def _progress(timing: str, duration: float, t: Array) -> Array:
@@ -52,12 +59,12 @@ def _progress(timing: str, duration: float, t: Array) -> Array:
 
 @dataclass(frozen=True)
 class Line:
-    """A straight piece from `start` to `goal`, or a rest where both are equal."""
+    """Straight segment from `start` to `goal`, or a rest if both are equal."""
 
     phase: str
     duration: float
-    start: tuple[float, float, float]
-    goal: tuple[float, float, float]
+    start: Point
+    goal: Point
     timing: str = "quintic"
 
     def derivatives(self, t: Array) -> Array:
@@ -69,17 +76,17 @@ class Line:
 
     @property
     def end(self) -> Array:
-        """Return the last point (3,) [m]."""
+        """Last point (3,) [m]."""
         return np.array(self.goal, float)
 
 
 @dataclass(frozen=True)
 class Arc:
-    """A horizontal circle about `centre`, from azimuth `azimuth` [rad], over `angle` [rad] (signed)."""
+    """Horizontal arc about `centre` [m], from `azimuth` [rad] over the signed `angle` [rad]."""
 
     phase: str
     duration: float
-    centre: tuple[float, float, float]
+    centre: Point
     radius: float
     azimuth: float
     angle: float
@@ -89,7 +96,7 @@ class Arc:
         """Return the derivative stack (5, B, 3) [m, s] at times t (B,) in [0, duration]."""
         th, d1, d2, d3, d4 = self.angle * _progress(self.timing, self.duration, t)
         z = self.radius * np.exp(1j * (self.azimuth + th))
-        # The derivatives of r exp(i theta(t)): polynomials in theta's derivatives times the value itself.
+        # Derivatives of r exp(i theta(t)): polynomials in theta's derivatives times the value.
         factors = [
             np.ones_like(z),
             1j * d1,
@@ -105,9 +112,63 @@ class Arc:
 
     @property
     def end(self) -> Array:
-        """Return the last point (3,) [m]."""
+        """Last point (3,) [m]."""
         last = self.azimuth + self.angle
         return np.array(self.centre) + self.radius * np.array([np.cos(last), np.sin(last), 0.0])
 
 
 Segment = Line | Arc
+
+
+def take_off(
+    start: Point, ground_time: float, lift_time: float, lift_height: float
+) -> tuple[list[Segment], Array]:
+    """Return the segments of a rest on the ground and a lift, and their end (3,) [m].
+
+    A time of 0 s skips a segment.
+    """
+    chain: list[Segment] = []
+    if number("ground_time", ground_time) > 0.0:
+        chain.append(rest("ground", ground_time, start))
+    if number("lift_time", lift_time) > 0.0:
+        top = (start[0], start[1], start[2] + number("lift_height", lift_height))
+        chain.append(Line("lift", lift_time, start, top, "smooth"))
+    return chain, chain[-1].end if chain else np.array(start)
+
+
+def rest(phase: str, duration: float, here: Any) -> Line:
+    """Return a rest of `duration` [s], the parameter `<phase>_time`, at the point here (3,) [m]."""
+    return Line(phase, number(f"{phase}_time", duration), tuple(here), tuple(here))
+
+
+def number(name: str, value: Any, low: float = 0.0) -> float:
+    """Return a value as a float.
+
+    Raises
+    ------
+    InputError
+        If it is not a finite number of at least `low`.
+    """
+    if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
+        raise InputError(f"`{name}` must be a number, got {value!r}")
+    if not np.isfinite(value) or value < low:
+        bound = f"[{low:g}" if np.isfinite(low) else "(-inf"
+        raise InputError(f"`{name}` must be in {bound}, inf), got {value!r}")
+    return float(value)
+
+
+def point(name: str, value: Any) -> Point:
+    """Return a value as a point.
+
+    Raises
+    ------
+    InputError
+        If it is not three finite numbers.
+    """
+    try:
+        p = np.asarray(value, float)
+    except (TypeError, ValueError):
+        p = np.zeros(0)
+    if p.shape != (3,) or not np.isfinite(p).all():
+        raise InputError(f"`{name}` must be three finite numbers (x, y, z) [m], got {value!r}")
+    return (float(p[0]), float(p[1]), float(p[2]))

@@ -1,8 +1,8 @@
 """Reference trajectories of the payload's tracked point: immutable values, vectorised over time.
 
-A trajectory gives position, velocity, acceleration, jerk and snap of the origin of the payload's tracked
-frame L in the world, and the desired attitude R_WL (yaw only), at any time t >= 0. All places are relative to
-`start`, so the same trajectory serves a payload that rests anywhere: `trajectory.starting_at(p_WL)`.
+A trajectory gives position, velocity, acceleration, jerk and snap of the origin of the payload's
+tracked frame L in the world, and the desired attitude R_WL (yaw only), at any time t >= 0. All
+positions are relative to `start`; `trajectory.starting_at(p_WL)` moves the trajectory.
 """
 
 from __future__ import annotations
@@ -16,13 +16,20 @@ from numpy.typing import ArrayLike
 
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
-from drake_aerial.references.path import Arc, Line, Segment
-
-Point = tuple[float, float, float]
+from drake_aerial.references.path import (
+    Arc,
+    Line,
+    Point,
+    Segment,
+    number,
+    point,
+    rest,
+    take_off,
+)
 
 
 class Phase(NamedTuple):
-    """A named part of a trajectory, from `start` to `end` [s]."""
+    """Named part of a trajectory, from `start` to `end` [s]."""
 
     name: str
     start: float
@@ -30,12 +37,12 @@ class Phase(NamedTuple):
 
 
 class TrajectorySample(NamedTuple):
-    """The reference at one time or at a batch of times.
+    """Reference at one time or at a batch of times.
 
     Attributes
     ----------
     p, v, a, jerk, snap : (..., 3) arrays
-        Position of L's origin in the world and its time derivatives [m, s].
+        Position of L's origin in the world and its time derivatives [m, m/s, ..., m/s^4].
     q : (..., 4) array
         Desired attitude R_WL, unit quaternion w, x, y, z. Its angular velocity is zero.
     """
@@ -50,7 +57,9 @@ class TrajectorySample(NamedTuple):
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Base of all trajectories: a chain of segments from `start`, then rest where the last one ends.
+    """Base of all trajectories: a chain of segments from `start`, then rest.
+
+    A derived class is a frozen dataclass, has a `name`, and overrides `segment_chain`.
 
     Parameters
     ----------
@@ -68,25 +77,26 @@ class Trajectory:
     def __post_init__(self) -> None:
         for name in ("start", "approach", "displacement"):
             if hasattr(self, name):
-                object.__setattr__(self, name, _point(name, getattr(self, name)))
-        _number("yaw", self.yaw, low=-np.inf)
-        self.segments  # noqa: B018  built here, so that bad values are refused where they are given
+                object.__setattr__(self, name, point(name, getattr(self, name)))
+        number("yaw", self.yaw, low=-np.inf)
+        self.segments  # noqa: B018  built here, so that bad values raise in the constructor
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
-        """Return itself: it is immutable, and Drake's abstract values copy what they hold."""
+        """Return itself: it is immutable, and Drake's abstract values copy their content."""
         return self
 
-    def _chain(self) -> list[Segment]:
-        raise NotImplementedError
+    def segment_chain(self) -> list[Segment]:
+        """Return the segments in order; each begins where the one before it ends."""
+        raise NotImplementedError(f"{type(self).__name__} must override segment_chain")
 
     @cached_property
     def segments(self) -> tuple[Segment, ...]:
-        """The segments of positive duration, in order."""
-        return tuple(s for s in self._chain() if s.duration > 0.0)
+        """Segments of positive duration, in order."""
+        return tuple(s for s in self.segment_chain() if s.duration > 0.0)
 
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
-        """The table of phases; segments that follow one another under the same name are one phase."""
+        """Phases in order; consecutive segments of one name are one phase."""
         table: list[Phase] = []
         t = 0.0
         for segment in self.segments:
@@ -100,25 +110,28 @@ class Trajectory:
 
     @property
     def duration(self) -> float:
-        """The time at which the last phase ends [s]; the reference rests there ever after."""
+        """Time at which the last phase ends [s]; after it the reference is at rest."""
         return self.phases[-1].end if self.phases else 0.0
 
     def phase(self, name: str) -> Phase:
-        """Return the phase called `name`; raises InputError, listing the names, if there is none."""
-        for phase in self.phases:
-            if phase.name == name:
-                return phase
-        raise InputError(
-            f"no phase {name!r}: this trajectory has {', '.join(p.name for p in self.phases)}"
-        )
+        """Return the phase called `name`.
+
+        Raises
+        ------
+        InputError
+            If there is none; the message lists the names.
+        """
+        phases = {phase.name: phase for phase in reversed(self.phases)}
+        if name not in phases:
+            raise InputError(f"`name` must be one of {', '.join(reversed(phases))}, got {name!r}")
+        return phases[name]
 
     def starting_at(self, p_WL: ArrayLike) -> Self:
-        """Return the same trajectory moved so that it starts at p_WL (3,) [m]."""
-        p = np.asarray(p_WL, float).ravel()
-        return replace(self, start=(float(p[0]), float(p[1]), float(p[2])))
+        """Return the trajectory moved so that it starts at p_WL (3,) [m]."""
+        return replace(self, start=point("p_WL", np.ravel(p_WL)))
 
     def sample(self, t: ArrayLike) -> TrajectorySample:
-        """Return the reference at times t (...) [s]; before 0 it is the start at rest."""
+        """Return the reference at times t (...) [s]; before 0 it rests at the start."""
         t = np.asarray(t, float)
         flat = t.ravel()
         stack = np.zeros((5, len(flat), 3))
@@ -130,19 +143,18 @@ class Trajectory:
                 stack[:, inside] = segment.derivatives(flat[inside] - begin)
             begin += segment.duration
         after = flat >= begin
-        if self.segments and after.any():
-            stack[:, after] = 0.0
+        if self.segments:
             stack[0, after] = self.segments[-1].end
         stack = stack.reshape(5, *t.shape, 3)
         q = np.broadcast_to([np.cos(self.yaw / 2), 0.0, 0.0, np.sin(self.yaw / 2)], (*t.shape, 4))
-        return TrajectorySample(stack[0], stack[1], stack[2], stack[3], stack[4], q)
+        return TrajectorySample._make([*stack, q])
 
 
 @dataclass(frozen=True)
 class HoverTrajectory(Trajectory):
     """Rest on the ground, rise by `lift_height` [m], then hover for `hover_time` [s].
 
-    With `ground_time` = `lift_time` = 0 the payload is expected to hang at `start` already.
+    With `ground_time` = `lift_time` = 0 the payload hangs at `start` from the beginning.
     """
 
     ground_time: float = 0.0
@@ -152,10 +164,10 @@ class HoverTrajectory(Trajectory):
 
     name = "hover"
 
-    def _chain(self) -> list[Segment]:
-        chain = _take_off(self.start, self.ground_time, self.lift_time, self.lift_height)
-        here = tuple(chain[-1].end) if chain else self.start
-        return [*chain, _rest("hover", _number("hover_time", self.hover_time), here)]
+    def segment_chain(self) -> list[Segment]:
+        """Return take-off and hover."""
+        chain, here = take_off(self.start, self.ground_time, self.lift_time, self.lift_height)
+        return [*chain, rest("hover", self.hover_time, here)]
 
 
 @dataclass(frozen=True)
@@ -172,22 +184,22 @@ class LineTrajectory(Trajectory):
 
     name = "line"
 
-    def _chain(self) -> list[Segment]:
-        chain = _take_off(self.start, self.ground_time, self.lift_time, self.lift_height)
-        a = chain[-1].end if chain else np.array(self.start)
-        b = a + _point("displacement", self.displacement)
-        line = Line(
-            "line", _number("line_time", self.line_time, low=1e-3), tuple(a), tuple(b), self.timing
-        )
+    def segment_chain(self) -> list[Segment]:
+        """Return take-off, line and hover."""
+        chain, a = take_off(self.start, self.ground_time, self.lift_time, self.lift_height)
+        b = a + point("displacement", self.displacement)
+        duration = number("line_time", self.line_time, low=1e-3)
+        line = Line("line", duration, tuple(a), tuple(b), self.timing)
         line.derivatives(np.zeros(1))
-        return [*chain, line, _rest("hover", _number("hover_time", self.hover_time), tuple(b))]
+        return [*chain, line, rest("hover", self.hover_time, b)]
 
 
 @dataclass(frozen=True)
 class WaypointTrajectory(Trajectory):
-    """Take off, visit `waypoints` (relative to where the lift ends) [m], `leg_times` [s] each, then hover.
+    """Take off, visit `waypoints` [m] in `leg_times` [s] each, then hover.
 
-    Every leg starts and ends at rest with smooth timing.
+    Waypoints are relative to the end of the lift. Every leg starts and ends at rest with smooth
+    timing.
     """
 
     waypoints: tuple[Point, ...] = ((1.0, 0.0, 0.0), (1.0, 1.0, 0.5), (0.0, 0.0, 0.0))
@@ -200,44 +212,31 @@ class WaypointTrajectory(Trajectory):
     name = "waypoints"
 
     def __post_init__(self) -> None:
-        if (
-            isinstance(self.waypoints, (str, bytes))
-            or not np.iterable(self.waypoints)
-            or not len(self.waypoints)
-        ):
-            raise InputError(
-                f"waypoints must be a list of points (x, y, z) [m] but got {self.waypoints!r}"
-            )
-        object.__setattr__(self, "waypoints", tuple(_point("waypoints", w) for w in self.waypoints))
+        given = self.waypoints
+        if isinstance(given, (str, bytes)) or not np.iterable(given) or not len(given):
+            raise InputError(f"`waypoints` must be a list of points (x, y, z) [m], got {given!r}")
+        object.__setattr__(self, "waypoints", tuple(point("waypoints", w) for w in given))
         if np.iterable(self.leg_times):
             object.__setattr__(self, "leg_times", tuple(self.leg_times))
         super().__post_init__()
 
-    def _chain(self) -> list[Segment]:
-        chain = _take_off(self.start, self.ground_time, self.lift_time, self.lift_height)
-        here = base = chain[-1].end if chain else np.array(self.start)
-        times = (
-            self.leg_times
-            if isinstance(self.leg_times, tuple)
-            else (self.leg_times,) * len(self.waypoints)
-        )
+    def segment_chain(self) -> list[Segment]:
+        """Return take-off, legs and hover."""
+        chain, base = take_off(self.start, self.ground_time, self.lift_time, self.lift_height)
+        here, times = base, self.leg_times
+        if not isinstance(times, tuple):
+            times = (times,) * len(self.waypoints)
         if len(times) != len(self.waypoints):
             raise InputError(
-                f"leg_times has {len(times)} entries for {len(self.waypoints)} waypoints: give as many"
+                f"`leg_times` must be one number or {len(self.waypoints)}, as many as waypoints, "
+                f"got {len(times)}"
             )
         for waypoint, seconds in zip(self.waypoints, times):
             there = base + np.array(waypoint)
-            chain.append(
-                Line(
-                    "waypoints",
-                    _number("leg_times", seconds, low=1e-3),
-                    tuple(here),
-                    tuple(there),
-                    "smooth",
-                )
-            )
+            duration = number("leg_times", seconds, low=1e-3)
+            chain.append(Line("waypoints", duration, tuple(here), tuple(there), "smooth"))
             here = there
-        return [*chain, _rest("hover", _number("hover_time", self.hover_time), tuple(here))]
+        return [*chain, rest("hover", self.hover_time, here)]
 
 
 @dataclass(frozen=True)
@@ -247,20 +246,22 @@ class TransportTrajectory(Trajectory):
     Parameters
     ----------
     ground_time : float
-        Time the reference rests on the ground while the cables are tightened [s].
+        Rest on the ground while the cables are tightened [s].
     lift_time, lift_height : float
-        The vertical part [s], [m]; a `lift_time` of 0 skips it.
+        Duration [s] and height [m] of the lift; a `lift_time` of 0 skips it.
     approach_time, approach : float, (3,) tuple
-        Duration [s] and displacement [m] from above the start to the circle's first point; 0 s skips it.
+        Duration [s] and displacement [m] from the end of the lift to the circle's first point; 0 s
+        skips it.
     radius, turns, circle_time : float
-        The circle [m], how many times, and the time for all turns [s].
+        Radius of the circle [m], number of turns, and time for all of them [s].
     timing : str
-        Of the circle: "quintic" (starts and ends at rest), "smooth" (with jerk and snap at rest too), or "constant" rate (a velocity
-        step at both ends). Lift and approach are smooth.
+        Timing of the circle: "quintic" (velocity and acceleration vanish at both ends), "smooth"
+        (jerk and snap vanish too) or "constant" (a velocity step at both ends). Lift and approach
+        are smooth.
     heading : float
-        Azimuth of the circle's first point as seen from its centre [rad].
+        Azimuth of the circle's first point about its centre [rad].
     hover_time : float
-        Hover at the circle's last point [s].
+        Duration of the hover at the circle's last point [s].
     """
 
     ground_time: float = 2.0
@@ -279,59 +280,21 @@ class TransportTrajectory(Trajectory):
 
     @classmethod
     def airborne(cls, **keywords: Any) -> Self:
-        """Return the circle and hover alone, for a payload that hangs at the circle's first point already."""
+        """Return circle and hover only, for a payload that hangs at the circle's first point."""
         return cls(**{"ground_time": 0.0, "lift_time": 0.0, "approach_time": 0.0, **keywords})
 
-    def _chain(self) -> list[Segment]:
-        chain = _take_off(self.start, self.ground_time, self.lift_time, self.lift_height)
-        here = chain[-1].end if chain else np.array(self.start)
-        if _number("approach_time", self.approach_time) > 0.0:
-            there = here + _point("approach", self.approach)
+    def segment_chain(self) -> list[Segment]:
+        """Return take-off, approach, circle and hover."""
+        chain, here = take_off(self.start, self.ground_time, self.lift_time, self.lift_height)
+        if number("approach_time", self.approach_time) > 0.0:
+            there = here + point("approach", self.approach)
             chain.append(Line("approach", self.approach_time, tuple(here), tuple(there), "smooth"))
             here = there
-        radius = _number("radius", self.radius)
-        heading = _number("heading", self.heading, low=-np.inf)
+        radius = number("radius", self.radius)
+        heading = number("heading", self.heading, low=-np.inf)
         centre = here - radius * np.array([np.cos(heading), np.sin(heading), 0.0])
-        angle = 2.0 * np.pi * _number("turns", self.turns, low=-np.inf)
-        time = _number("circle_time", self.circle_time, low=1e-3)
+        angle = 2.0 * np.pi * number("turns", self.turns, low=-np.inf)
+        time = number("circle_time", self.circle_time, low=1e-3)
         circle = Arc("circle", time, tuple(centre), radius, heading, angle, self.timing)
         circle.derivatives(np.zeros(1))
-        return [
-            *chain,
-            circle,
-            _rest("hover", _number("hover_time", self.hover_time), tuple(circle.end)),
-        ]
-
-
-def _take_off(
-    start: Point, ground_time: float, lift_time: float, lift_height: float
-) -> list[Segment]:
-    chain: list[Segment] = []
-    if _number("ground_time", ground_time) > 0.0:
-        chain.append(_rest("ground", ground_time, start))
-    if _number("lift_time", lift_time) > 0.0:
-        top = (start[0], start[1], start[2] + _number("lift_height", lift_height))
-        chain.append(Line("lift", lift_time, start, top, "smooth"))
-    return chain
-
-
-def _rest(phase: str, duration: float, here: Any) -> Line:
-    return Line(phase, duration, tuple(here), tuple(here))
-
-
-def _number(name: str, value: Any, low: float = 0.0) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
-        raise InputError(f"{name} must be a number but got {value!r}")
-    if not np.isfinite(value) or value < low:
-        raise InputError(f"{name} must be finite and at least {low:g} but got {value!r}")
-    return float(value)
-
-
-def _point(name: str, value: Any) -> Point:
-    try:
-        p = np.asarray(value, float)
-    except (TypeError, ValueError):
-        p = np.zeros(0)
-    if p.shape != (3,) or not np.isfinite(p).all():
-        raise InputError(f"{name} must be three finite numbers (x, y, z) [m] but got {value!r}")
-    return (float(p[0]), float(p[1]), float(p[2]))
+        return [*chain, circle, rest("hover", self.hover_time, circle.end)]

@@ -10,7 +10,7 @@ import numpy as np
 
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
-from drake_aerial.io.strict_yaml import check_keys, number, numbers, read_mapping
+from drake_aerial.io.strict_yaml import check_keys, numbers, read_mapping
 from drake_aerial.scene.distortion import MODELS, undistort
 
 # Fields of view [deg] of depth cameras; others come from a focal length in millimetres.
@@ -132,12 +132,12 @@ class DepthCamera:
             values = _from_camera_info(values, where)
         check_keys(
             values,
-            where,
+            where=f"{where}: ",
             required=("width", "height", "fx", "fy", "cx", "cy"),
             optional=("depth_scale", "distortion_model", "distortion"),
         )
         given: dict[str, Any] = {
-            key: number(values[key], f"{where}: {key}")
+            key: float(numbers(values[key], (), f"{where}: {key}"))
             for key in ("width", "height", "fx", "fy", "cx", "cy", "depth_scale")
             if values.get(key) is not None
         }

@@ -1,4 +1,4 @@
-"""What a controller is told about where the payload's mass is: `below_contact`, `geometric` or `true`."""
+"""Mass properties that a controller believes in: `below_contact`, `geometric` or `true`."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from drake_aerial.choices import BELIEFS
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
@@ -17,22 +18,26 @@ from drake_aerial.plant.payload import Payload
 from drake_aerial.plant.quadrotor import QuadrotorParameters
 from drake_aerial.simulation.station_parameters import each
 
-BELIEFS = ("below_contact", "geometric", "true")
-_THINNEST = 0.02
+_MIN_SIZE = 0.02
+"""Smallest believed extent of a payload [m]; the scan of one face has none across it."""
 
 
 def suspended_properties(
     payload: Payload, p_LC: Array, gripper: GripperParameters | Sequence[GripperParameters]
 ) -> tuple[float, Array, Array]:
-    """Return mass [kg], centre of mass (3,) in L [m] and inertia (3, 3) about it [kg m^2] of payload and n grippers.
+    """Return mass, centre of mass and inertia of a payload with n grippers.
 
     Parameters
     ----------
     payload : Payload
         In L.
     p_LC : (n, 3) array
-        Contacts, where the grippers count as points [m].
+        Contacts in L [m]; a gripper is a point mass at its contact.
     gripper : GripperParameters, or a sequence of n
+
+    Returns
+    -------
+    Mass [kg], centre of mass (3,) in L [m], inertia (3, 3) about it in L's axes [kg m^2].
     """
     masses = np.array([payload.mass] + [g.mass for g in each(gripper, len(p_LC), "grippers")])
     points = np.concatenate([payload.com[None], p_LC])
@@ -55,48 +60,49 @@ def believed_model(
     gripper: GripperParameters | Sequence[GripperParameters],
     mass_ratio: float = 1.0,
 ) -> PayloadModelParameters:
-    """Return the model that a controller is given under a belief; the beliefs differ in where mass is, and in nothing else.
+    """Return the payload model that a controller uses under a belief.
+
+    The beliefs differ in centre of mass and inertia alone.
 
     Parameters
     ----------
     belief : str
-        "below_contact": nothing is known but the grip. The centre of mass is straight below the mean contact, at half the visible
+        "below_contact": the centre of mass is straight below the mean contact, at half the visible
         height; the inertia is that of a box of the visible extents.
-        "geometric": the centre of mass and inertia of the scan's closed hull, of uniform density.
-        "true": the plant's.
+        "geometric": centre of mass and inertia are those of the scan's closed hull, of uniform
+        density.
+        "true": centre of mass and inertia are the plant's.
     payload : Payload
         In L.
     p_LC : (n, 3)
         Contacts in L [m].
     scan_L : (N, 3), optional
-        What was seen of the payload, in L, z up [m]; all of its surface by default.
-    quadrotors, cable, gripper :
-        The n quadrotors, their cables and grippers, all known; one cable or gripper stands for n equal ones.
+        Scan of the payload in L, z up [m]; by default the vertices of its surface.
+    quadrotors, cable, gripper : parameters, or sequences of n
+        The true ones of the team; one cable or gripper stands for n equal ones.
     mass_ratio : float
-        Believed mass of the payload over its true mass; its inertia follows.
+        Believed mass of the payload over its true mass; scales its inertia too.
 
     Raises
     ------
     InputError
-        For an unknown belief, or a mass ratio that is not positive.
+        If the belief is unknown or the mass ratio is not positive.
     """
     if belief not in BELIEFS:
-        raise InputError(f"no belief {belief!r}: give one of {', '.join(BELIEFS)}")
+        raise InputError(f"`belief` must be one of {', '.join(BELIEFS)}, got {belief!r}")
     if not (np.isfinite(mass_ratio) and mass_ratio > 0.0):
-        raise InputError(
-            f"a believed mass of {mass_ratio!r} times the true one; a positive number accepted"
-        )
+        raise InputError(f"`mass_ratio` must be positive, got {mass_ratio!r}")
     contacts = np.asarray(p_LC, dtype=float).reshape(-1, 3)
     payload = replace(payload, mass=mass_ratio * payload.mass, inertia=mass_ratio * payload.inertia)
     mass, com, inertia = suspended_properties(payload, contacts, gripper)
-    seen = payload.vertices if scan_L is None else np.asarray(scan_L, dtype=float)
+    visible = payload.vertices if scan_L is None else np.asarray(scan_L, dtype=float)
     if belief == "below_contact":
-        low, high = seen.min(axis=0), seen.max(axis=0)
-        size = np.maximum(high - low, _THINNEST)
+        low, high = visible.min(axis=0), visible.max(axis=0)
+        size = np.maximum(high - low, _MIN_SIZE)
         com = np.array([*contacts[:, :2].mean(axis=0), high[2] - 0.5 * size[2]])
         inertia = mass / 12.0 * (np.sum(size**2) * np.eye(3) - np.diag(size**2))
     elif belief == "geometric":
-        hull = Payload.from_cloud(seen, mass, depth=_THINNEST)
+        hull = Payload.from_cloud(visible, mass, depth=_MIN_SIZE)
         com, inertia = hull.com, hull.inertia
     limits = np.array([q.thrust_limits for q in quadrotors])
     return PayloadModelParameters(

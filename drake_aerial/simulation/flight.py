@@ -1,4 +1,4 @@
-"""One station and one trajectory, ready to be flown with any number of seeds."""
+"""One station and one trajectory, to be simulated with any number of seeds."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from pydrake.systems.analysis import Simulator
 
 from drake_aerial._version import __version__
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
-from drake_aerial.io.typed_yaml.writing import record_to_mapping
+from drake_aerial.errors import one_line
+from drake_aerial.io.record_text import record_to_mapping
 from drake_aerial.parallel import one_blas_thread
 from drake_aerial.references.trajectory_files import read_trajectory, trajectory_to_dict
 from drake_aerial.simulation.beliefs import believed_model, suspended_properties
@@ -22,91 +23,100 @@ from drake_aerial.simulation.metrics import flight_metrics
 from drake_aerial.simulation.outcome import FlightMonitor, Progress, Watch
 from drake_aerial.simulation.recording import phase_names, record
 from drake_aerial.simulation.station import TransportStation, make_transport_station
-from drake_aerial.simulation.suspended_payload import Suspension
+from drake_aerial.simulation.suspended_payload import SuspendedPayload
 from drake_aerial.simulation.trial_result import SCHEMA, VERSION, TrialResult
 from drake_aerial.statics.gravity import GRAVITY
 
 
 class Flight:
-    """A flight that is ready: one station and one trajectory, for any number of trials with different seeds.
+    """A station with its controller and a trajectory, ready for trials with different seeds.
 
-    Use it instead of `fly` where trials differ in the seed alone: Drake keeps every diagram with Python systems for good.
+    Use it instead of `fly` for trials that differ in the seed alone: Drake never frees a diagram
+    that holds Python systems.
 
     Attributes
     ----------
-    suspension : Suspension
+    suspended_payload : SuspendedPayload
     options : FlightOptions
     model : PayloadModelParameters
-        What the controller believes.
+        The model that the controller uses.
     station : TransportStation
     trajectory : Trajectory
     configuration : dict
-        What goes into metrics.json.
+        The entry `configuration` of metrics.json.
+
+    Examples
+    --------
+    >>> from drake_aerial import Flight, FlightOptions, Payload, SuspendedPayload
+    >>> from drake_aerial.references.trajectory import HoverTrajectory
+    >>> box = Payload.from_box([0.4, 0.4, 0.2], 0.25)
+    >>> box = SuspendedPayload.from_contacts(box, [[0.0, 0.0, 0.1]], [[0.0, 0.0, 1.0]])
+    >>> flight = Flight(box, FlightOptions(trajectory=HoverTrajectory(hover_time=0.5)))
+    >>> [flight.run(seed).outcome for seed in (0, 1)]
+    ['completed', 'completed']
     """
 
     def __init__(
         self,
-        suspension: Suspension,
+        suspended_payload: SuspendedPayload,
         options: FlightOptions | None = None,
         *,
         source: dict[str, Any] | None = None,
-        **changes: Any,
     ):
         """Prepare a flight.
 
         Parameters
         ----------
-        suspension : Suspension
+        suspended_payload : SuspendedPayload
         options : FlightOptions, optional
         source : dict, optional
-            Where the contacts are from, for the record.
-        **changes
-            Fields of `FlightOptions` that are to differ from `options`.
+            Origin of the contacts, for the record.
 
         Raises
         ------
         InputError
-            For a bad option, or a payload too heavy to lift.
+            If an option is bad, or the team cannot lift the payload and `force` is not set.
         JobError
-            For a formation from which taut cables cannot hold the payload: all contacts on one side of its true centre of mass, or
-            more tension than a quadrotor lifts. Neither of the last two with the option `force`.
+            If taut cables cannot hold the payload (all contacts on one side of its true centre of
+            mass, or more tension than a quadrotor lifts) and `force` is not set.
         """
-        self.options = options = FlightOptions.merged(options, changes)
+        self.suspended_payload = suspended_payload
+        self.options = options = options or FlightOptions()
+        self.trajectory = read_trajectory(options.trajectory)
+        payload, p_LC = suspended_payload.payload, suspended_payload.p_LC
         parameters = options.station_parameters
-        # "circle" is what one flies; the trajectory that does so is called after its task.
-        self.trajectory = read_trajectory(
-            "transport" if options.trajectory == "circle" else options.trajectory
-        )
-        self.suspension = suspension
+        quadrotors = parameters.quadrotors(len(p_LC))
         self.model: PayloadModelParameters = believed_model(
             options.belief,
-            suspension.payload,
-            suspension.p_LC,
-            scan_L=suspension.scan_L,
-            quadrotors=parameters.quadrotors(len(suspension.p_LC)),
+            payload,
+            p_LC,
+            scan_L=suspended_payload.scan_L,
+            quadrotors=quadrotors,
             cable=parameters.cable,
             gripper=parameters.gripper,
             mass_ratio=options.mass_ratio,
         )
-        hanging, com, _ = suspended_properties(
-            suspension.payload, suspension.p_LC, parameters.gripper
-        )
+        mass, com, _ = suspended_properties(payload, p_LC, parameters.gripper)
         if not options.force:
-            n = len(suspension.p_LC)
-            team = parameters.quadrotors(n), parameters.cables(n)
-            check_team(suspension.payload, hanging, *team)
-            check_formation(suspension.p_LC - com, hanging, *team)
-        self._weight = GRAVITY * hanging
+            cables = parameters.cables(len(p_LC))
+            check_team(payload, mass, quadrotors, cables)
+            check_formation(p_LC - com, mass, quadrotors, cables)
+        self._weight = GRAVITY * mass
         self.station: TransportStation = make_transport_station(
-            suspension.payload,
-            suspension.p_LC,
-            suspension.normal_L,
+            payload,
+            p_LC,
+            suspended_payload.normal_L,
             controller=options.make_controller(self.model),
             parameters=parameters,
             force=options.force,
         )
-        payload, known = suspension.payload, options.controller_parameters
-        self.configuration = {
+        self.configuration = self._describe(source or {})
+
+    def _describe(self, source: dict[str, Any]) -> dict[str, Any]:
+        """Return everything that defines the flight, as JSON values."""
+        options, payload = self.options, self.suspended_payload.payload
+        known = options.controller_parameters
+        return {
             "package_version": __version__,
             "belief": options.belief,
             "mass_ratio": options.mass_ratio,
@@ -116,9 +126,9 @@ class Flight:
             "controller_options": {
                 key: repr(value) for key, value in (options.controller_options or {}).items()
             },
-            "controller_parameters": known and _plain(record_to_mapping(known)),
+            "controller_parameters": known and _json_value(record_to_mapping(known)),
             "trajectory": trajectory_to_dict(self.trajectory),
-            "station": _plain(asdict(parameters)),
+            "station": _json_value(asdict(options.station_parameters)),
             "payload": {
                 "name": payload.name,
                 "mass": payload.mass,
@@ -126,26 +136,26 @@ class Flight:
                 "inertia": payload.inertia.tolist(),
                 "stands_alone": self.station.payload_body.stands_alone,
             },
-            "contacts_L": suspension.p_LC.tolist(),
-            "contacts_moved_m": suspension.moved.tolist(),
+            "contacts_L": self.suspended_payload.p_LC.tolist(),
+            "contacts_moved_m": self.suspended_payload.moved.tolist(),
             "believed_com_L": self.model.p_LLcm.tolist(),
-            "source": source or {},
+            "source": source,
         }
 
     @one_blas_thread
     def run(
         self, seed: int = 0, *, progress: Progress | None = None, watch: Watch | None = None
     ) -> TrialResult:
-        """Fly once and return what happened; a flight that fails is a result too.
+        """Simulate one trial and return its result, also if the flight fails.
 
         Parameters
         ----------
         seed : int
-            Of the measurement noise and the wind.
+            Random seed of measurement noise and wind.
         progress : callable, optional
-            Called with the fraction flown and a word on it every 0.2 s of simulated time.
+            Called with the fraction flown and the phase every 0.2 s of simulated time.
         watch : callable, optional
-            Called with the station's context every 0.02 s of simulated time, to look at and not to change.
+            Called with the station's context every 0.02 s of simulated time; must not change it.
         """
         station = self.station
         simulator = Simulator(station)
@@ -158,20 +168,19 @@ class Flight:
         simulator.set_monitor(monitor)
         steps: deque[float] = getattr(station.controller, "step_seconds", deque())
         steps.clear()
-        began = time.process_time()
+        start = time.process_time()
         try:
-            # A plan that explodes is thrown away by the controller itself, not worth a warning.
+            # A diverging plan is discarded by the controller and needs no NumPy warning.
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
                 simulator.Initialize()
                 simulator.AdvanceTo(trajectory.duration)
         except (RuntimeError, ArithmeticError, ValueError) as error:
-            # The solver or a controller gave up on a state that is far from any flight.
+            # Solver or controller failed at a state that is far from any flight.
             if monitor.is_open:
-                monitor.end("diverged", " ".join(str(error).split())[:200], context.get_time())
-        spent = time.process_time() - began
+                monitor.end("diverged", one_line(error)[:200], context.get_time())
+        cpu_time = time.process_time() - start
         series = record(station, context, trajectory)
         names = phase_names(trajectory)
-        milliseconds = 1e3 * np.array(steps)[1:]
         metrics = {
             "schema": SCHEMA,
             "version": VERSION,
@@ -181,26 +190,31 @@ class Flight:
             "after_drop": monitor.after_drop,
             **flight_metrics(series, names, self._weight),
             "timing": {
-                "real_time_factor": context.get_time() / max(spent, 1e-9),
-                "mpc_step_ms": {
-                    "mean": float(milliseconds.mean()) if len(milliseconds) else None,
-                    "p99": float(np.percentile(milliseconds, 99)) if len(milliseconds) else None,
-                },
+                "real_time_factor": context.get_time() / max(cpu_time, 1e-9),
+                "mpc_step_ms": _step_times(steps),
             },
             "seed": seed,
             "configuration": self.configuration,
         }
-        payload, n = self.suspension.payload, station.n
-        length = station.parameters.cable_lengths(n)
+        payload = self.suspended_payload.payload
+        length = station.parameters.cable_lengths(station.n)
         return TrialResult(
             metrics, series, names, payload.vertices, payload.faces, station.p_LC, length
         )
 
 
-def _plain(value: Any) -> Any:
-    """Return a nested value as JSON gives it back: tuples are lists, an infinite number becomes its name."""
+def _step_times(seconds: deque[float]) -> dict[str, float | None]:
+    """Return mean and 99th percentile of the controller's step times [ms], without the first."""
+    milliseconds = 1e3 * np.array(seconds)[1:]
+    if not len(milliseconds):
+        return {"mean": None, "p99": None}
+    return {"mean": float(milliseconds.mean()), "p99": float(np.percentile(milliseconds, 99))}
+
+
+def _json_value(value: Any) -> Any:
+    """Return a nested value as JSON stores it: tuples as lists, infinite numbers as text."""
     if isinstance(value, dict):
-        return {key: _plain(entry) for key, entry in value.items()}
+        return {key: _json_value(entry) for key, entry in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_plain(entry) for entry in value]
+        return [_json_value(entry) for entry in value]
     return str(value) if isinstance(value, float) and not np.isfinite(value) else value

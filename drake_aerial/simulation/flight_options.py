@@ -1,15 +1,16 @@
-"""How a payload is flown: what `fly`, `prepare_flight` and `Flight` take besides the contacts and the payload."""
+"""How a payload is flown: belief, controller, trajectory and team."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-import numpy as np
+from pydantic import SkipValidation
 from pydrake.systems.framework import LeafSystem
 
+from drake_aerial.choices import CONTROLLERS, Belief, CableKind
 from drake_aerial.control.controller import PayloadController
 from drake_aerial.control.controller_parameters import CONTROLLERS as DEFAULTS
 from drake_aerial.control.controller_parameters import ControllerParameters
@@ -18,100 +19,102 @@ from drake_aerial.control.mpc.payload_mpc import PayloadMpc
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
 from drake_aerial.errors import InputError
 from drake_aerial.estimation.observation import PositionFilter
+from drake_aerial.io.records import Flag, NonNegative, Positive, record
 from drake_aerial.plant.cable import CableParameters
 from drake_aerial.references.trajectory import Trajectory
-from drake_aerial.simulation.beliefs import BELIEFS
 from drake_aerial.simulation.station_parameters import StationParameters
 
-THOUGHT = 0.2
-"""Of a plant's step, what passes between a sample and the tick that reads it."""
-CONTROLLERS: dict[str, Callable[..., Any]] = {
+CONTROL_DELAY_FRACTION = 0.2
+"""Delay from a sample to the control step that reads it, as a fraction of the plant's time step."""
+_CLASSES: dict[str, Callable[..., PayloadController]] = {
     "mpc": PayloadMpc,
-    "geometric_ff": lambda model, **options: GeometricController(
-        model, feedforward=True, **options
-    ),
-    "geometric": lambda model, **options: GeometricController(model, feedforward=False, **options),
+    "geometric_ff": GeometricController,
+    "geometric": GeometricController,
 }
-"""Constructors by name; each takes the believed `PayloadModelParameters`."""
+"""Classes by kind; each takes the believed `PayloadModelParameters` and its parameters."""
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class FlightOptions:
     """How to fly; each field is also a keyword of `fly`, `prepare_flight` and `Flight`.
 
     Raises
     ------
     InputError
-        For an unknown belief or controller, or a time that is negative.
+        If belief or controller is unknown, or a number is outside its range.
 
     Examples
     --------
     >>> from drake_aerial import FlightOptions
     >>> FlightOptions(belief="true", cable="elastic").station_parameters.cable.kind
     'elastic'
-    >>> FlightOptions(belief="centre")
+    >>> FlightOptions(belief="x")
     Traceback (most recent call last):
-    drake_aerial.errors.InputError: no belief 'centre': give one of below_contact, geometric, true
+    drake_aerial.errors.InputError: `belief` must be one of below_contact, geometric, true, got 'x'
     """
 
-    belief: str = "below_contact"
-    """What the controller takes for the centre of mass: below_contact, geometric or true."""
-    controller: str | ControllerParameters | Callable[..., LeafSystem] = "mpc"
-    """mpc, geometric_ff or geometric; or `MpcParameters` or `GeometricParameters`; or your own: called with the believed
-    `PayloadModelParameters`, it returns the LeafSystem."""
-    trajectory: str | Path | Trajectory = "transport"
-    """"transport" (also called "circle"), hover, line, waypoints, or a YAML file."""
-    cable: str | CableParameters | None = None
-    """"inextensible" or "elastic", or everything about the cables; None: as `parameters` has them."""
-    noise: float | None = None
-    """Standard deviation of the measured payload position, per coordinate [m]; None: as `parameters` has it."""
+    belief: Belief = "below_contact"
+    """Believed centre of mass and inertia: below_contact, geometric or true."""
+    controller: Annotated[
+        str | ControllerParameters | Callable[..., LeafSystem], SkipValidation
+    ] = "mpc"
+    """mpc, geometric_ff or geometric; `MpcParameters` or `GeometricParameters`; or your own: a
+    function or class that takes the believed `PayloadModelParameters` and returns a LeafSystem."""
+    trajectory: Annotated[str | Path | Trajectory, SkipValidation] = "transport"
+    """transport (also called circle), hover, line, waypoints, a YAML file, or a `Trajectory`."""
+    cable: CableKind | CableParameters | None = None
+    """inextensible or elastic, or all parameters of the cables; None: as in `parameters`."""
+    noise: NonNegative | None = None
+    """Standard deviation of the measured payload position, per coordinate [m]; None: as in
+    `parameters`."""
     parameters: StationParameters | None = None
-    """Everything else about the station: unequal teams, wind, motor lag; None for the paper's values."""
+    """The station: team, wind, sensors, motor lag; None for the paper's values."""
     controller_options: dict[str, Any] | None = None
-    """Further arguments of the controller."""
-    mass_ratio: float = 1.0
-    """What the controller takes for the payload's mass, over the true one."""
-    after_drop: float = 3.0
-    """How long the flight goes on after a gripper let go while others hold [s]."""
-    force: bool = False
-    """Whether to fly what is known not to fly: a solution marked infeasible, a formation without taut equilibrium, too heavy a payload."""
+    """Further keyword arguments of the controller."""
+    mass_ratio: Positive = 1.0
+    """Believed mass of the payload over its true mass (dimensionless)."""
+    after_drop: NonNegative = 3.0
+    """Time that is simulated after a gripper lets go while others hold [s]."""
+    force: Flag = False
+    """Fly although the contacts are marked infeasible, no taut equilibrium exists, or the payload
+    is too heavy."""
 
     def __post_init__(self) -> None:
-        if self.belief not in BELIEFS:
-            raise InputError(f"no belief {self.belief!r}: give one of {', '.join(BELIEFS)}")
         given = callable(self.controller) or isinstance(self.controller, ControllerParameters)
         if not given and self.controller not in CONTROLLERS:
             raise InputError(
-                f"no controller {self.controller!r}: give one of {', '.join(CONTROLLERS)}, or a function"
+                f"`controller` must be one of {', '.join(CONTROLLERS)}, their parameters, or a "
+                f"function, got {self.controller!r}"
             )
-        if not (np.isfinite(self.after_drop) and self.after_drop >= 0.0):
-            raise InputError(f"after_drop is {self.after_drop!r} s; 0 or more accepted")
 
     def make_controller(self, model: PayloadModelParameters) -> LeafSystem:
-        """Return a controller that believes in `model`.
+        """Return a controller that uses `model`.
 
-        Those of this package, and classes derived from `PayloadController`, are told when to tick and how noisy positions are.
+        The package's own controllers, and classes derived from `PayloadController`, also get the
+        control delay and a position filter for the station's noise.
         """
-        parameters = self.station_parameters
-        # A tick within the plant's step after a sample sees that sample, and what it commands acts from the next step on.
-        matched = {
-            "offset": THOUGHT * parameters.step,
-            "position_filter": PositionFilter(parameters.noise),
-        }
-        given = self.controller_options or {}
-        if isinstance(self.controller, ControllerParameters):
-            return CONTROLLERS[self.controller.kind](
-                model, **{**matched, **self.controller.options(), **given}
-            )
-        make = CONTROLLERS[self.controller] if isinstance(self.controller, str) else self.controller
-        ours = isinstance(self.controller, str) or (
-            isinstance(make, type) and issubclass(make, PayloadController)
+        station, given = self.station_parameters, self.controller_options or {}
+        # A control step reads the sample before it; its command acts from the next plant step on.
+        offset, position_filter = (
+            CONTROL_DELAY_FRACTION * station.step,
+            PositionFilter(station.noise),
         )
-        return make(model, **{**matched, **given}) if ours else make(model, **given)
+        parameters = self.controller_parameters
+        make: Any = self.controller if parameters is None else _CLASSES[parameters.kind]
+        default = getattr(make, "default_parameters", None)
+        if parameters is None and default is not None:
+            parameters = _changed(default, given)
+        if parameters is not None:
+            if parameters.position_filter is None:
+                parameters = replace(parameters, position_filter=position_filter)
+            return make(model, parameters, offset=given.get("offset", offset))
+        ours = isinstance(make, type) and issubclass(make, PayloadController)
+        matched = {"offset": offset, "position_filter": position_filter} if ours else {}
+        return make(model, **{**matched, **given})
 
     @property
     def controller_name(self) -> str:
-        """What the controller is called in records."""
+        """Name of the controller in records."""
         if isinstance(self.controller, ControllerParameters):
             return self.controller.kind
         return (
@@ -122,32 +125,31 @@ class FlightOptions:
 
     @property
     def controller_parameters(self) -> ControllerParameters | None:
-        """Everything about the controller that is flown, what `controller_options` change included; None for your own."""
+        """Parameters of the controller, with `controller_options` applied; None for your own."""
         parameters = (
             DEFAULTS[self.controller] if isinstance(self.controller, str) else self.controller
         )
         if not isinstance(parameters, ControllerParameters):
             return None
-        known = {f.name for f in fields(parameters)} - {"kind"}
-        given = {
-            key: value for key, value in (self.controller_options or {}).items() if key in known
-        }
-        # None stands for the constructor's own default.
-        return replace(
-            parameters, **{key: value for key, value in given.items() if value is not None}
-        )
-
-    @classmethod
-    def merged(cls, options: FlightOptions | None, changes: dict[str, Any]) -> FlightOptions:
-        """Return `options`, or the defaults, with some fields changed. Raises TypeError for a field that does not exist."""
-        return replace(cls() if options is None else options, **changes)
+        return _changed(parameters, self.controller_options or {})
 
     @property
     def station_parameters(self) -> StationParameters:
-        """The station's parameters, with the kind of cable and the noise that were asked for."""
+        """Parameters of the station, with `cable` and `noise` applied."""
         parameters = StationParameters() if self.parameters is None else self.parameters
         if isinstance(self.cable, CableParameters):
             parameters = replace(parameters, cable=self.cable)
         elif self.cable is not None:
             parameters = parameters.with_cable_kind(self.cable)
         return parameters if self.noise is None else replace(parameters, noise=self.noise)
+
+
+def _changed(parameters: ControllerParameters, options: dict[str, Any]) -> ControllerParameters:
+    """Return parameters changed by options; None means the default, `offset` is no parameter."""
+    default = DEFAULTS[parameters.kind]
+    changes = {
+        name: getattr(default, name) if value is None else value
+        for name, value in options.items()
+        if name != "offset"
+    }
+    return replace(parameters, **changes)

@@ -1,4 +1,4 @@
-"""The numbers of a flight, from its series alone: whoever has trial.npz can compute them again."""
+"""Metrics of a flight, computed from its series alone, as saved in trial.npz."""
 
 from __future__ import annotations
 
@@ -10,27 +10,31 @@ from drake_aerial.geometry import Array
 from drake_aerial.simulation.recording import TAKE_OFF, Series
 
 SLACK = 0.05
-"""A cable counts as slack below this part of its share of the payload's weight."""
+"""A cable is slack if its tension is below this fraction of its share of the payload's weight."""
 
 
 def flight_metrics(series: Series, names: tuple[str, ...], weight: float) -> dict[str, Any]:
-    """Return the metrics of a flight; errors are scored over circle and hover, or over all that follows the lift if there is no circle.
+    """Return the metrics of a flight.
+
+    Errors are scored over the phases circle and hover, or, without a circle, over all phases after
+    the lift. Samples after a gripper lets go are left out.
 
     Parameters
     ----------
     series : dict of arrays
         See `recording.record`.
     names : tuple of str
-        Of the phases.
+        Phase names.
     weight : float
-        Of the payload [N].
+        Weight of the payload [N].
 
     Returns
     -------
     dict
-        `*_rmse_*`: root of the mean over time of the squared length of the error vector; `circle_position_rmse_m` over the circle alone;
-        all of them up to the moment a gripper lets go; thrust and moment per quadrotor, tension of samples every 10 ms; `slack_fraction` and `saturated_fraction` of all samples from tensioning on;
-        `phases`: name to [start, end] as flown [s]. None where nothing was flown that could be scored.
+        `*_rmse_*` is the root mean square over time of the length of the error vector, and
+        `circle_position_rmse_m` that over the circle alone. Thrust and moment are per quadrotor.
+        `slack_fraction` counts samples from lifting on, `saturated_fraction` from tensioning on.
+        `phases` maps names to [start, end] as flown [s]. A value is None if no sample counts.
     """
     phase, time = series["phase"], series["time"]
     scored_names = (

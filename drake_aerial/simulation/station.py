@@ -20,7 +20,7 @@ from drake_aerial.control.controller import PayloadController
 from drake_aerial.control.motor_lead import MotorLead
 from drake_aerial.control.take_off import FlightPhase
 from drake_aerial.errors import InputError
-from drake_aerial.estimation.state_sensor import PayloadPerception
+from drake_aerial.estimation.state_sensor import StateSensor
 from drake_aerial.geometry import Array
 from drake_aerial.plant.cable import add_cable
 from drake_aerial.plant.cable_forces import connect_cables
@@ -119,7 +119,7 @@ class TransportStation(Diagram):
 
         self.perception = builder.AddNamedSystem(
             "perception",
-            PayloadPerception(
+            StateSensor(
                 self.p_LC,
                 period=parameters.perception_period,
                 noise=parameters.noise,

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from typing import TypeVar
+from dataclasses import field, replace
+from typing import Annotated, TypeVar
 
 import numpy as np
+from annotated_types import Le
 
+from drake_aerial.choices import CableKind
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
+from drake_aerial.io.records import Flag, NonNegative, OneOrMany, Positive, record
 from drake_aerial.plant.cable import CableParameters
 from drake_aerial.plant.gripper import GripperParameters
 from drake_aerial.plant.quadrotor import QuadrotorParameters
@@ -19,64 +22,59 @@ from drake_aerial.plant.world import ELASTIC_TIME_STEP, TIME_STEP
 Part = TypeVar("Part", QuadrotorParameters, CableParameters, GripperParameters)
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class StationParameters:
-    """The team and its sensors.
+    """The team, its sensors and the wind.
 
-    Quadrotors, cables and grippers are each given once, for a team of equals, or as a sequence with one entry per contact.
+    Quadrotors, cables and grippers are each given once, for a team of equals, or as a sequence with
+    one entry per contact.
 
     Examples
     --------
     >>> from drake_aerial import StationParameters
     >>> from drake_aerial.plant.cable import CableParameters
-    >>> unequal = StationParameters(cable=[CableParameters(length=0.5), CableParameters(length=0.8)])
-    >>> unequal.cable_lengths(2).tolist()
+    >>> short, long = CableParameters(length=0.5), CableParameters(length=0.8)
+    >>> StationParameters(cable=[short, long]).cable_lengths(2).tolist()
     [0.5, 0.8]
     """
 
-    quadrotor: QuadrotorParameters | Sequence[QuadrotorParameters] = field(
-        default_factory=QuadrotorParameters
-    )
-    """Of each quadrotor."""
-    cable: CableParameters | Sequence[CableParameters] = field(default_factory=CableParameters)
-    """Of each cable; all of one kind."""
-    gripper: GripperParameters | Sequence[GripperParameters] = field(
-        default_factory=GripperParameters
-    )
-    """Of each gripper."""
-    time_step: float | None = None
-    """Of the plant [s]; none for 0.005 with inextensible cables and 0.002 with elastic ones, whose springs are stiff."""
-    perception_period: float = 0.02
-    """[s]"""
-    noise: float = 0.01
+    quadrotor: OneOrMany[QuadrotorParameters] = field(default_factory=QuadrotorParameters)
+    """Each quadrotor."""
+    cable: OneOrMany[CableParameters] = field(default_factory=CableParameters)
+    """Each cable; all are of one kind."""
+    gripper: OneOrMany[GripperParameters] = field(default_factory=GripperParameters)
+    """Each gripper."""
+    time_step: Annotated[Positive, Le(0.01)] | None = None
+    """Time step of the plant [s]; None for 0.005 with inextensible cables and 0.002 with elastic
+    ones."""
+    perception_period: Positive = 0.02
+    """Period of the measurements [s]."""
+    noise: NonNegative = 0.01
     """Standard deviation of the payload's measured position, per coordinate [m]."""
-    measured_directions: bool = True
-    """Whether cable directions are measured on their own, or inferred from the noisy payload position."""
-    attitude_period: float = 0.0
-    """How long propeller commands of the attitude loop are held [s]; 0 for new ones at every step of the plant."""
-    initial_slack: float = 0.05
-    """How much closer to its contact than its cable's length a quadrotor starts [m]."""
-    airborne_height: float = 1.0
-    """How high a payload starts that does not start on the ground [m]."""
+    measured_directions: Flag = True
+    """True if cable directions are measured; False to infer them from the noisy payload
+    position."""
+    attitude_period: NonNegative = 0.0
+    """Time for which the attitude loop holds its propeller commands [s]; 0 for new commands at
+    every time step."""
+    initial_slack: NonNegative = 0.05
+    """Cable length less the distance between quadrotor and contact at the start [m]."""
+    airborne_height: NonNegative = 1.0
+    """Initial height of a payload that starts in the air [m]."""
     wind: WindParameters | None = None
-    """Of the air; None for no air at all."""
-    motor_lag: float = 0.0
+    """Wind and drag; None for no air."""
+    motor_lag: NonNegative = 0.0
     """Time constant with which propeller speeds follow their commands [s]; 0 for none."""
-    motor_lead: bool = True
-    """Whether the commands lead by what the motors lag, where they do (`MotorLead`). Without it the MPC with the table's attitude gains
-    carries the table's box up to some 35 ms of lag, and loses it beyond."""
+    motor_lead: Flag = True
+    """True to compensate the motor lag with lead compensation. Without it, the MPC flies the
+    paper's box up to a lag of about 0.035 s and loses it beyond."""
 
     def __post_init__(self) -> None:
-        for name, value in (
-            ("time_step", self.step),
-            ("perception_period", self.perception_period),
-        ):
-            if not (np.isfinite(value) and value > 0.0):
-                raise InputError(f"the station's {name} is {value!r} s; a positive number accepted")
-        for name in ("noise", "attitude_period", "initial_slack", "airborne_height", "motor_lag"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value >= 0.0):
-                raise InputError(f"the station's {name} is {value!r}; 0 or more accepted")
+        if 0.0 < self.attitude_period < self.step:
+            raise InputError(
+                f"`attitude_period` must be 0 or >= the time step {self.step:g} s, "
+                f"got {self.attitude_period}"
+            )
 
     @property
     def step(self) -> float:
@@ -106,7 +104,7 @@ class StationParameters:
         """Return the lengths (n,) of n cables [m]."""
         return np.array([cable.length for cable in self.cables(n)])
 
-    def with_cable_kind(self, kind: str) -> StationParameters:
+    def with_cable_kind(self, kind: CableKind) -> StationParameters:
         """Return the same team with all cables of another kind, their lengths kept."""
         if isinstance(self.cable, CableParameters):
             return replace(self, cable=replace(self.cable, kind=kind))

@@ -1,11 +1,9 @@
-"""A payload as it is going to be flown: in its tracked frame L, with its contacts and with what was seen of it."""
+"""A payload with its contacts and scan, expressed in the tracked frame L."""
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,13 +16,15 @@ from drake_aerial.plant.payload import TABLE_MASS, Payload
 if TYPE_CHECKING:
     from drake_aerial.cloud.point_cloud import PointCloud
 
-REACH = 0.02
-"""A contact further than this from the payload's surface is refused [m]."""
+MAX_CONTACT_DISTANCE = 0.02
+"""Largest accepted distance of a contact from the payload's surface [m]."""
 
 
 @dataclass(frozen=True, eq=False)
-class Suspension:
-    """Payload, contacts and scan in the tracked frame L: origin at the scan's centroid, axes of the world at the start.
+class SuspendedPayload:
+    """Payload, contacts and scan in the tracked frame L.
+
+    L has its origin at the scan's centroid and the world's axes at the start of a flight.
 
     Attributes
     ----------
@@ -33,9 +33,17 @@ class Suspension:
     p_LC, normal_L : (n, 3) arrays
         Contacts [m] and outward unit normals.
     scan_L : (N, 3) array or None
-        What was seen [m]; None if nothing but the payload's model is known.
+        The scan's points [m]; None if only the payload's model is known.
     moved : (n,) array
-        How far each contact was moved to the payload's surface [m].
+        Distance by which each contact was moved to the payload's surface [m].
+
+    Examples
+    --------
+    >>> from drake_aerial import Payload, SuspendedPayload
+    >>> box = Payload.from_box([0.4, 0.4, 0.2], 0.25)
+    >>> held = SuspendedPayload.from_contacts(box, [[0.0, 0.0, 0.11]], [[0.0, 0.0, 1.0]])
+    >>> held.p_LC.round(3).tolist(), held.moved.round(3).tolist()
+    ([[0.0, 0.0, 0.1]], [0.01])
     """
 
     payload: Payload
@@ -45,7 +53,7 @@ class Suspension:
     moved: Array
 
     @classmethod
-    def hang(
+    def from_contacts(
         cls,
         payload: Payload | None,
         p_SC: ArrayLike,
@@ -55,44 +63,46 @@ class Suspension:
         mass: float | None = None,
         centroid: ArrayLike | None = None,
         up: ArrayLike | None = None,
-    ) -> Suspension:
-        """Hang a payload by contacts that are given in the scan's frame S.
+    ) -> SuspendedPayload:
+        """Suspend a payload from contacts that are given in the scan's frame S.
+
+        Contacts are moved to the closest point of the payload's surface. If only the scan is
+        known they stay where they are.
 
         Parameters
         ----------
         payload : Payload or None
-            None: the scan's closed hull of uniform density; its contacts stay where the scan has them.
+            None: the scan's closed hull, of uniform density.
         p_SC, normal_S : (n, 3)
             Contacts [m] and outward normals.
         scan : PointCloud or (N, 3), optional
-            What was seen [m]; the payload's own vertices by default.
+            The scan [m]; by default the payload's vertices stand for it.
         mass : float, optional
-            Of a payload known by its scan alone [kg]; 0.25 by default.
+            Mass of a payload that is known by its scan alone [kg]; 0.25 by default.
         centroid : (3,), optional
-            L's origin in S [m]; the mean of the scan's points by default.
+            L's origin in S [m]; by default the mean of the scan's points.
         up : (3,), optional
-            Against gravity, in S; the scan's, or z.
+            Direction against gravity, in S; by default the scan's, or z.
 
         Raises
         ------
         InputError
-            If a contact is more than 2 cm off the surface, or there is neither a payload nor a scan.
+            If a contact is more than 2 cm from the surface, if neither payload nor scan is given,
+            or if a mass is given with a payload.
         """
         points = None if scan is None else np.asarray(getattr(scan, "points", scan), dtype=float)
+        on_surface = payload is not None
         if payload is None:
             if scan is None or points is None:
-                raise InputError("neither a payload nor a scan is known; one of the two is needed")
+                raise InputError("`payload` or `scan` must be given, got neither")
             payload = Payload.from_cloud(scan, TABLE_MASS if mass is None else mass)
-            on_hull = False
         elif mass is not None:
             raise InputError(
-                "a payload and a mass were given; a mass is accepted only for a payload known by its scan alone"
+                "`mass` must be left out if a payload is given: it is for a payload known by its "
+                "scan alone"
             )
-        else:
-            on_hull = True
-        vertices_S = geometry.transform(payload.X_SP, payload.vertices)
-        seen = vertices_S if points is None else points
-        p_SL = seen.mean(axis=0) if centroid is None else np.asarray(centroid, dtype=float)
+        visible = geometry.transform(payload.X_SP, payload.vertices) if points is None else points
+        p_SL = visible.mean(axis=0) if centroid is None else np.asarray(centroid, dtype=float)
         up = np.asarray(getattr(scan, "up", (0.0, 0.0, 1.0)) if up is None else up, dtype=float)
         q_SL = geometry.quat_from_two_vectors([0.0, 0.0, 1.0], up / np.linalg.norm(up))
         X_LS = geometry.invert(Pose(p_SL, q_SL))
@@ -100,67 +110,39 @@ class Suspension:
         scan_L = None if points is None else geometry.transform(X_LS, points)
         p_LC = geometry.transform(X_LS, np.asarray(p_SC, dtype=float).reshape(-1, 3))
         normal_L = geometry.rotate(X_LS.q, np.asarray(normal_S, dtype=float).reshape(-1, 3))
-        p_LC, normal_L, moved = _touch(payload, p_LC, normal_L, scan_L if not on_hull else None)
+        moved = np.zeros(len(p_LC))
+        if on_surface:
+            p_LC, normal_L, moved = _closest_contacts(payload, p_LC, normal_L)
+        else:
+            assert scan_L is not None
+            _check_distances(_distances_from_scan(p_LC, scan_L), payload.name)
         return cls(payload, p_LC, normal_L, scan_L, moved)
 
 
-def _touch(
-    payload: Payload, p_LC: Array, normal_L: Array, scan_L: Array | None
-) -> tuple[Array, Array, Array]:
-    """Put contacts on the payload's surface, or, where the scan alone is known, check that they are on the scan."""
-    if scan_L is None:
-        points, normals, distance = payload.closest_point(p_LC)
-        against = np.sum(normals * normal_L, axis=1) < 0.0
-        normals[against] *= -1.0
-    else:
-        gaps = np.linalg.norm(p_LC[:, None, :] - scan_L[None], axis=2)
-        # A scan is sparse: its own spacing does not count.
-        spacing = np.sqrt(np.prod(np.sort(np.ptp(scan_L, axis=0))[1:]) / len(scan_L))
-        distance = np.maximum(0.0, gaps.min(axis=1) - spacing)
-        points, normals = p_LC, normal_L
-    for i, d in enumerate(distance):
-        if d > REACH:
-            raise InputError(
-                f"contact {i + 1} of {len(distance)} is {100 * d:.1f} cm off the surface of payload {payload.name!r}; "
-                f"at most {100 * REACH:g} cm accepted"
-            )
-    return points, normals, distance if scan_L is None else np.zeros(len(p_LC))
+def _closest_contacts(payload: Payload, p_LC: Array, normal_L: Array) -> tuple[Array, Array, Array]:
+    """Return the closest surface points (n, 3), their normals (n, 3) and the distances (n,) [m].
 
-
-def read_scan(cloud: dict[str, Any], beside: Path | None, *, needed: bool) -> PointCloud | None:
-    """Return the cloud that a contacts.json names, or None if it is gone and not needed.
-
-    Parameters
-    ----------
-    cloud : dict
-        `path`, `sha256` and, optionally, `up` of the cloud.
-    beside : Path or None
-        The folder that a relative path may refer to, apart from the current one.
-    needed : bool
-        Whether a missing cloud is an error.
-
-    Raises
-    ------
-    InputError
-        If the cloud is needed and cannot be read, or is not the one the contacts were found on.
+    Each normal is on the same side as the given one.
     """
-    from drake_aerial.scene.recorded_scan import read_recorded_scan
+    points, normals, distances = payload.closest_point(p_LC)
+    _check_distances(distances, payload.name)
+    normals[np.sum(normals * normal_L, axis=1) < 0.0] *= -1.0
+    return points, normals, distances
 
-    path = cloud.get("path")
-    candidates = [] if not path else [Path(path)] + ([] if beside is None else [beside / path])
-    found = next((candidate for candidate in candidates if os.path.isfile(candidate)), None)
-    if found is None:
-        if needed:
-            where = (
-                f"the scan {path} that the contacts were found on is not there"
-                if path
-                else "the contacts name no scan"
+
+def _distances_from_scan(p_LC: Array, scan_L: Array) -> Array:
+    """Return the distances (n,) of contacts from a scan [m], less the scan's mean point spacing."""
+    gaps = np.linalg.norm(p_LC[:, None, :] - scan_L[None], axis=2)
+    spacing = np.sqrt(np.prod(np.sort(np.ptp(scan_L, axis=0))[1:]) / len(scan_L))
+    return np.maximum(0.0, gaps.min(axis=1) - spacing)
+
+
+def _check_distances(distances: Array, name: str) -> None:
+    """Raise InputError for the first contact that is too far from the surface."""
+    for i, distance in enumerate(distances):
+        if distance > MAX_CONTACT_DISTANCE:
+            raise InputError(
+                f"contact {i + 1} of {len(distances)} must be at most "
+                f"{100 * MAX_CONTACT_DISTANCE:g} cm from the surface of payload {name!r}, "
+                f"got {100 * distance:.1f} cm"
             )
-            raise InputError(f"{where}: give the scan as cloud, or a payload")
-        return None
-    try:
-        return read_recorded_scan(cloud, found)
-    except InputError:
-        if needed:
-            raise
-        return None

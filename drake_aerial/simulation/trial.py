@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pydrake.systems.framework import LeafSystem
+
+from drake_aerial.choices import Belief, CableKind
+from drake_aerial.control.controller_parameters import ControllerParameters
 from drake_aerial.errors import InputError, JobError
+from drake_aerial.plant.cable import CableParameters
 from drake_aerial.plant.payload import Payload
+from drake_aerial.references.trajectory import Trajectory
 from drake_aerial.simulation.flight import Flight
 from drake_aerial.simulation.flight_options import FlightOptions
 from drake_aerial.simulation.lift_check import FORCE
 from drake_aerial.simulation.outcome import Progress
-from drake_aerial.simulation.suspended_payload import Suspension, read_scan
+from drake_aerial.simulation.station_parameters import StationParameters
+from drake_aerial.simulation.suspended_payload import SuspendedPayload
 from drake_aerial.simulation.trial_result import TrialResult
 
 if TYPE_CHECKING:
@@ -26,59 +34,76 @@ def prepare_flight(
     mass: float | None = None,
     solution: int = 1,
     cloud: PointCloud | None = None,
-    options: FlightOptions | None = None,
-    **changes: Any,
+    belief: Belief = "below_contact",
+    controller: str | ControllerParameters | Callable[..., LeafSystem] = "mpc",
+    trajectory: str | Path | Trajectory = "transport",
+    cable: CableKind | CableParameters | None = None,
+    noise: float | None = None,
+    parameters: StationParameters | None = None,
+    controller_options: dict[str, Any] | None = None,
+    mass_ratio: float = 1.0,
+    after_drop: float = 3.0,
+    force: bool = False,
 ) -> Flight:
-    """Return the `Flight` of one contact solution, to be run with many seeds; parameters and errors as of `fly`.
+    """Return the `Flight` of a contact solution, to be run with many seeds.
+
+    Parameters and errors are those of `fly`.
 
     Examples
     --------
     >>> from drake_aerial import prepare_flight, read_scan, read_skill, transfer
     >>> contacts = transfer(read_skill("flat"), read_scan("box_68x68x28"), method="centroid")
     >>> flight = prepare_flight(contacts, payload="box_68x68x28", trajectory="hover")
-    >>> flight.model.p_LLcm[:2].round(3).tolist() == flight.model.p_LC[0, :2].round(3).tolist()  # belief: below the contact
+    >>> model = flight.model  # believes the centre of mass below the contact
+    >>> model.p_LLcm[:2].round(3).tolist() == model.p_LC[0, :2].round(3).tolist()
     True
     """
     from drake_aerial.contacts.solutions import ContactSolutions
 
-    beside = None
+    options = FlightOptions(
+        belief=belief,
+        controller=controller,
+        trajectory=trajectory,
+        cable=cable,
+        noise=noise,
+        parameters=parameters,
+        controller_options=controller_options,
+        mass_ratio=mass_ratio,
+        after_drop=after_drop,
+        force=force,
+    )
+    folder = None
     if not isinstance(contacts, ContactSolutions):
-        beside = Path(contacts).parent
+        folder = Path(contacts).parent
         contacts = ContactSolutions.read(contacts)
     chosen = next((s for s in contacts.solutions if s.rank == solution), None)
     if chosen is None:
         ranks = ", ".join(str(s.rank) for s in contacts.solutions) or "none"
-        raise InputError(f"no solution of rank {solution}: these contacts have the ranks {ranks}")
-    options = FlightOptions.merged(options, changes)
-    if not (chosen.feasible or options.force):
+        raise InputError(f"`solution` must be one of the ranks {ranks}, got {solution}")
+    if not (chosen.feasible or force):
         reasons = "; ".join(chosen.reasons) or "no reason is given"
-        raise JobError(
-            f"solution {solution} cannot be flown, its contacts are marked infeasible: {reasons}; {FORCE}"
-        )
+        raise JobError(f"solution {solution} is marked infeasible: {reasons}; {FORCE}")
     if payload is not None and not isinstance(payload, Payload):
         payload = Payload.read(payload)
-    scan = read_scan(contacts.cloud, beside, needed=payload is None) if cloud is None else cloud
-    suspension = Suspension.hang(
+    suspended_payload = SuspendedPayload.from_contacts(
         payload,
         chosen.X_SG.p,
         chosen.normal,
-        scan=scan,
+        scan=_scan(contacts, folder, needed=payload is None) if cloud is None else cloud,
         mass=mass,
         centroid=contacts.cloud.get("centroid"),
         up=contacts.cloud.get("up"),
     )
-    return Flight(
-        suspension,
-        options,
-        source={
-            "method": contacts.method,
-            "skill": contacts.skill,
-            "seed": contacts.seed,
-            "solution": solution,
-        },
-    )
+    source = {
+        "method": contacts.method,
+        "skill": contacts.skill,
+        "seed": contacts.seed,
+        "solution": solution,
+    }
+    return Flight(suspended_payload, options, source=source)
 
 
+# More than 80 lines, since the docstring lists every keyword.
 def fly(
     contacts: ContactSolutions | str | Path,
     *,
@@ -88,8 +113,16 @@ def fly(
     seed: int = 0,
     cloud: PointCloud | None = None,
     progress: Progress | None = None,
-    options: FlightOptions | None = None,
-    **changes: Any,
+    belief: Belief = "below_contact",
+    controller: str | ControllerParameters | Callable[..., LeafSystem] = "mpc",
+    trajectory: str | Path | Trajectory = "transport",
+    cable: CableKind | CableParameters | None = None,
+    noise: float | None = None,
+    parameters: StationParameters | None = None,
+    controller_options: dict[str, Any] | None = None,
+    mass_ratio: float = 1.0,
+    after_drop: float = 3.0,
+    force: bool = False,
 ) -> TrialResult:
     """Fly one solution of a transfer, from the ground.
 
@@ -98,41 +131,64 @@ def fly(
     contacts : ContactSolutions or path
         The solutions, or their contacts.json.
     payload : Payload, path or name, optional
-        What really hangs there; by default the scan's closed hull of uniform density, of `mass`.
+        The payload that is flown; by default the scan's closed hull, of uniform density and `mass`.
     mass : float, optional
-        Of a payload known by its scan alone [kg]; 0.25 by default.
+        Mass of a payload that is known by its scan alone [kg]; 0.25 by default.
     solution : int
         Rank of the solution.
     seed : int
-        Of the measurement noise and the wind.
+        Random seed of measurement noise and wind.
     cloud : PointCloud, optional
-        The scan, if it is not where contacts.json says.
+        The scan, if contacts.json names no file or the file has moved.
     progress : callable, optional
-        Called with the fraction flown and a word on it.
-    options : FlightOptions, optional
-        How to fly: belief, controller, trajectory, cable, noise, team, wind.
-    **changes
-        Fields of `FlightOptions` that are to differ from `options`: `fly(contacts, controller="geometric", noise=0.0)`.
+        Called with the fraction flown and the phase.
+    belief : str
+        Centre of mass and inertia that the controller believes in: below_contact, geometric or
+        true.
+    controller : str, MpcParameters, GeometricParameters or callable
+        mpc, geometric_ff or geometric, or parameters; or your own function or class, which takes
+        the believed `PayloadModelParameters` and returns a LeafSystem.
+    trajectory : str, path or Trajectory
+        transport (lift, two turns of a 1 m circle, hover), hover, line, waypoints, or a YAML file.
+    cable : str or CableParameters, optional
+        inextensible or elastic, or all parameters of the cables; by default as in `parameters`.
+    noise : float, optional
+        Standard deviation of the measured payload position, per coordinate [m]; by default as in
+        `parameters`.
+    parameters : StationParameters, optional
+        The station: team, wind, sensors, motor lag; by default the paper's values.
+    controller_options : dict, optional
+        Further keyword arguments of the controller.
+    mass_ratio : float
+        Believed mass of the payload over its true mass.
+    after_drop : float
+        Time that is simulated after a gripper lets go while others hold [s].
+    force : bool
+        Fly although the contacts are marked infeasible, no taut equilibrium exists, or the payload
+        is too heavy.
 
     Returns
     -------
     TrialResult
-        Also of a flight that dropped, crashed or diverged: see its outcome.
+        Also of a flight that dropped, crashed or diverged: see its `outcome`.
 
     Raises
     ------
     InputError
-        For bad input: an unknown name or rank, a contact more than 2 cm off the payload, a payload too heavy to lift.
+        If a name or rank is unknown, a contact is more than 2 cm from the payload, the scan is
+        needed and not found, or the payload is too heavy and `force` is not set.
     JobError
-        If what was asked for is known not to fly, and `force` is not set: the solution is marked infeasible, or taut cables cannot hold the
-        payload by these contacts (all on one side of its true centre of mass, more tension than a quadrotor lifts).
+        If `force` is not set and the solution is marked infeasible, or taut cables cannot hold the
+        payload by these contacts (all on one side of its true centre of mass, or more tension than
+        a quadrotor lifts).
 
     Examples
     --------
     >>> from drake_aerial import fly, read_scan, read_skill, transfer
     >>> from drake_aerial.references.trajectory import HoverTrajectory
     >>> contacts = transfer(read_skill("flat"), read_scan("box_68x68x28"), method="centroid")
-    >>> result = fly(contacts, payload="box_68x68x28", trajectory=HoverTrajectory(hover_time=1.0))
+    >>> hover = HoverTrajectory(hover_time=1.0)
+    >>> result = fly(contacts, payload="box_68x68x28", trajectory=hover)
     >>> result.outcome, result.metrics["position_rmse_m"] < 0.02
     ('completed', True)
     """
@@ -142,7 +198,38 @@ def fly(
         mass=mass,
         solution=solution,
         cloud=cloud,
-        options=options,
-        **changes,
+        belief=belief,
+        controller=controller,
+        trajectory=trajectory,
+        cable=cable,
+        noise=noise,
+        parameters=parameters,
+        controller_options=controller_options,
+        mass_ratio=mass_ratio,
+        after_drop=after_drop,
+        force=force,
     )
     return flight.run(seed, progress=progress)
+
+
+def _scan(contacts: ContactSolutions, folder: Path | None, *, needed: bool) -> PointCloud | None:
+    """Return the scan of contacts, or None if it is not found and not needed.
+
+    Raises
+    ------
+    InputError
+        If it is needed and not found.
+    """
+    from drake_aerial.contacts.scan_lookup import find_scan
+
+    # A payload on a scan without a file flies by its own surface, as from contacts.json.
+    if contacts.scan is not None and (needed or contacts.scan.path):
+        return contacts.scan
+    try:
+        return find_scan(contacts.cloud, folder)
+    except InputError as error:
+        if not needed:
+            return None
+        raise InputError(
+            f"{error}; give the scan (`cloud`, --cloud) or a payload (`payload`, --payload)"
+        ) from error

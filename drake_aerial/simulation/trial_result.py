@@ -1,4 +1,4 @@
-"""What one flight gave: its metrics and time series, saved to metrics.json and trial.npz."""
+"""The result of one flight: metrics and time series, saved to metrics.json and trial.npz."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
 from drake_aerial.io.archives import load_archive
 from drake_aerial.io.files import replacing, write_text
-from drake_aerial.io.strict_yaml import shown
+from drake_aerial.io.strict_yaml import mapping_from_json, shown
 
 SCHEMA = "drake_aerial/trial"
 VERSION = 1
@@ -24,7 +24,7 @@ SERIES_FILE = "trial.npz"
 
 @dataclass(frozen=True, eq=False)
 class TrialResult:
-    """A flight that ended in one way or another.
+    """Result of one flight, whatever its outcome.
 
     Attributes
     ----------
@@ -33,22 +33,21 @@ class TrialResult:
     series : dict of arrays
         See `recording.record`: T samples of n quadrotors.
     phase_names : tuple of str
-        Of the integers in `series["phase"]`.
+        Names of the integers in `series["phase"]`.
     vertices, faces : (V, 3) array [m], (F, 3) int array
         The payload's surface in L.
     p_LC : (n, 3) array
         Contacts in L [m].
     cable_length : (n,) array
-        [m]
+        Cable lengths [m].
 
     Examples
     --------
-    >>> from drake_aerial import Payload
+    >>> from drake_aerial import Flight, FlightOptions, Payload, SuspendedPayload
     >>> from drake_aerial.references.trajectory import HoverTrajectory
-    >>> from drake_aerial.simulation.flight import Flight
-    >>> from drake_aerial.simulation.suspended_payload import Suspension
-    >>> held = Suspension.hang(Payload.from_box([0.4, 0.4, 0.2], 0.25), [[0.0, 0.0, 0.1]], [[0.0, 0.0, 1.0]])
-    >>> result = Flight(held, trajectory=HoverTrajectory(hover_time=0.5)).run(0)
+    >>> box = Payload.from_box([0.4, 0.4, 0.2], 0.25)
+    >>> box = SuspendedPayload.from_contacts(box, [[0.0, 0.0, 0.1]], [[0.0, 0.0, 1.0]])
+    >>> result = Flight(box, FlightOptions(trajectory=HoverTrajectory(hover_time=0.5))).run(0)
     >>> result.series["tension"].shape, round(float(result.series["tension"][-1, 0]), 1)
     ((51, 1), 2.5)
     """
@@ -104,11 +103,12 @@ class TrialResult:
         path = path / SERIES_FILE if os.path.isdir(path) else path
         data = load_archive(path, "a trial")
         try:
-            metrics = json.loads(str(data["metrics"]))
+            metrics = mapping_from_json(str(data["metrics"]), f"{path}: metrics")
             found = (metrics.get("schema"), metrics.get("version"))
             if found != (SCHEMA, VERSION):
                 raise InputError(
-                    f"{path} has schema and version {shown(found)}; ({SCHEMA!r}, {VERSION}) accepted"
+                    f"{path}: schema and version must be ({SCHEMA!r}, {VERSION}), "
+                    f"got {shown(found)}"
                 )
             names = tuple(str(name) for name in data["phase_names"])
             series = {
@@ -122,9 +122,8 @@ class TrialResult:
         return cls(metrics, series, names, **fixed)
 
     def summary(self) -> str:
-        """Return a few lines that say how the flight went."""
+        """Return a summary of one to three lines."""
         m = self.metrics
-
         ended = (
             f" at {m['outcome_time_s']:.2f} s: {m['outcome_reason']}" if m["outcome_reason"] else ""
         )
@@ -137,14 +136,16 @@ class TrialResult:
             )
             ended += f"; {rest} ({after['time_s'] - m['outcome_time_s']:.2f} s later)"
         if m["position_rmse_m"] is None:
-            return f"{self.outcome}{ended}\nnothing was flown that is scored"
+            return f"{self.outcome}{ended}\nno errors: the flight ended before the scored phases"
         circle = m["circle_position_rmse_m"]
         alone = "" if circle is None else f", circle alone {100 * circle:.2f} cm"
         return "\n".join(
             [
                 f"{self.outcome}{ended}",
-                f"position RMSE {100 * m['position_rmse_m']:.2f} cm (largest {100 * m['position_max_m']:.2f} cm){alone}",
-                f"largest tilt {np.rad2deg(m['tilt_max_rad']):.1f} deg, mean thrust {m['thrust_mean_N']:.2f} N, "
+                f"position RMSE {100 * m['position_rmse_m']:.2f} cm "
+                f"(largest {100 * m['position_max_m']:.2f} cm){alone}",
+                f"largest tilt {np.rad2deg(m['tilt_max_rad']):.1f} deg, "
+                f"mean thrust {m['thrust_mean_N']:.2f} N, "
                 f"largest tension {m['tension_max_N']:.2f} N",
             ]
         )

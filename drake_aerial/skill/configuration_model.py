@@ -1,4 +1,4 @@
-"""The configuration model H(h): how the grippers and quadrotors stand to each other and to gravity (docs/method.md)."""
+"""The configuration model H(h): the formation of grippers, and gravity (docs/method.md)."""
 
 from __future__ import annotations
 
@@ -22,8 +22,9 @@ _Z = np.array([0.0, 0.0, 1.0])
 
 @dataclass(frozen=True, eq=False)
 class ConfigurationModel:
-    """The demonstrated configuration in its formation frame F: origin at the mean gripper position, z up,
-    free yaw.
+    """The demonstrated configuration in its formation frame F.
+
+    F has its origin at the mean gripper position, z up and a free yaw.
 
     Attributes
     ----------
@@ -37,12 +38,10 @@ class ConfigurationModel:
         Bandwidth of gripper positions in F [m].
     sigma_q : float
         Bandwidth of gripper attitudes [rad].
-    alpha : float
-        Decay with the squared distance of a quadrotor from its demonstrated place [1/m^2].
     axial : bool
         Whether only the grippers' z axes are compared.
     vertical : float
-        Weight of differences in height beside horizontal ones: sigma_p over their own bandwidth.
+        Weight of height differences: sigma_p over the bandwidth of heights.
     """
 
     X_FG: Pose
@@ -50,7 +49,6 @@ class ConfigurationModel:
     cable_length: Array
     sigma_p: float
     sigma_q: float
-    alpha: float
     axial: bool
     vertical: float = 1.0
 
@@ -66,7 +64,6 @@ class ConfigurationModel:
         *,
         sigma_p: float,
         sigma_q: float,
-        alpha: float,
         axial: bool,
     ) -> ConfigurationModel:
         """Learn from demonstrated gripper and quadrotor poses (n,) in a frame N whose z is up."""
@@ -77,12 +74,19 @@ class ConfigurationModel:
             np.asarray(cable_length, float),
             sigma_p,
             sigma_q,
-            alpha,
             axial,
         )
 
-    def raised(self, stretch: float, vertical: float) -> ConfigurationModel:
-        """Return the model with the grippers' heights in F multiplied by `stretch`, and the weight `vertical`."""
+    def with_heights(self, stretch: float, vertical: float) -> ConfigurationModel:
+        """Return the model with other gripper heights.
+
+        Parameters
+        ----------
+        stretch : float
+            Factor of the grippers' heights in F; quadrotors keep their offsets from the grippers.
+        vertical : float
+            Weight of height differences; as the attribute.
+        """
         p_FG = self.X_FG.p * [1.0, 1.0, stretch]
         p_FQ = self.p_FQ + p_FG - self.X_FG.p
         return replace(self, X_FG=Pose(p_FG, self.X_FG.q), p_FQ=p_FQ, vertical=vertical)
@@ -94,16 +98,22 @@ class ConfigurationModel:
         return d / np.linalg.norm(d, axis=1, keepdims=True)
 
     def formation_frames(self, X_NG: Pose) -> tuple[Array, Array]:
-        """Return origins (..., 3) [m] and yaws (...) [rad] of the formation frames that fit grippers X_NG
-        (..., n).
+        """Fit the formation frames of grippers X_NG (..., n).
 
-        Among all yaws it is the one with the largest H (two-dimensional Procrustes in closed form: positions
-        and axes, each by its own bandwidth). With n = 1 only the gripper's attitude is left to fix the yaw.
+        The yaw is the one with the largest H: two-dimensional Procrustes in closed form, positions
+        and axes weighted by their bandwidths. With n = 1 only the gripper's attitude fixes it.
+
+        Returns
+        -------
+        origin : (..., 3) array
+            Origins of F in N [m].
+        yaw : (...) array
+            Yaws of F in N [rad].
         """
         origin = X_NG.p.mean(axis=-2)
         p = X_NG.p - origin[..., None, :]
         cosine, sine = _planar_moments(self.X_FG.p, p, 1.0 / self.sigma_p**2)
-        # A tilt by an angle costs the same whether one axis is compared or, each at half the weight, three.
+        # A tilt costs the same whether one axis is compared or three, each at half the weight.
         axes, weight = ((2,), 1.0) if self.axial else ((0, 1, 2), 0.5)
         for axis in axes:
             c, s = _planar_moments(
@@ -113,10 +123,16 @@ class ConfigurationModel:
         return origin, np.arctan2(sine, cosine)
 
     def demonstrated_at(self, origin: Array, yaw: Array, scale: Array | float = 1.0) -> Pose:
-        """Return the demonstrated grippers (..., n) placed at formation frames: origin (..., 3) [m], yaw
-        (...) [rad].
+        """Return the demonstrated grippers X_NG (..., n) at given formation frames.
 
-        Their offsets from the origin are multiplied by `scale` (...).
+        Parameters
+        ----------
+        origin : (..., 3) array
+            Origins of the formation frames in N [m].
+        yaw : (...) array
+            Their yaws in N [rad].
+        scale : (...) array
+            Factor of the grippers' offsets from the origin.
         """
         q = quat_about_axis(_Z, np.asarray(yaw))[..., None, :]
         offset = rotate(q, self.X_FG.p) * np.asarray(scale, float)[..., None, None]
@@ -125,22 +141,19 @@ class ConfigurationModel:
     def log_density(
         self,
         X_NG: Pose,
-        p_NQ: Array | None = None,
         scale: Array | float = 1.0,
         frames: tuple[Array, Array] | None = None,
     ) -> Array:
-        """Return log H (...) of gripper poses X_NG (..., n) in a frame whose z is up.
+        """Return log H (...) of gripper poses X_NG (..., n) in a frame N whose z is up.
 
         Parameters
         ----------
         X_NG : Pose
             Gripper poses: p (..., n, 3) [m], q (..., n, 4).
-        p_NQ : (..., n, 3) array, optional
-            Quadrotor positions [m]; None leaves them at their demonstrated places.
         scale : (...) array
             Factor of the demonstrated gripper offsets, for objects of another size.
         frames : (..., 3) and (...) arrays, optional
-            `formation_frames` of X_NG, where they are known already.
+            `formation_frames` of X_NG, if they are known already.
         """
         origin, yaw = self.formation_frames(X_NG) if frames is None else frames
         q_FN = quat_conjugate(quat_about_axis(_Z, yaw))[..., None, :]
@@ -157,13 +170,10 @@ class ConfigurationModel:
             )
         else:
             terms = terms + kernels.log_theta(q_FG, self.X_FG.q, self.sigma_q)
-        if p_NQ is not None:
-            p_FQ = rotate(q_FN, p_NQ - origin[..., None, :])
-            terms = terms - self.alpha * np.sum((p_FQ - self.p_FQ) ** 2, axis=-1)
         return terms.sum(axis=-1)
 
     def quadrotors_over(self, X_NG: Pose) -> Pose:
-        """Return quadrotor poses X_NQ (..., n), level, each on its taut cable in the demonstrated direction."""
+        """Return level quadrotors X_NQ (..., n) on taut cables in the demonstrated directions."""
         _, yaw = self.formation_frames(X_NG)
         q = quat_about_axis(_Z, yaw)[..., None, :]
         p = X_NG.p + rotate(q, self.cable_direction * self.cable_length[:, None])
@@ -173,7 +183,7 @@ class ConfigurationModel:
 
 
 def _planar_moments(reference: Array, moved: Array, weight: float) -> tuple[Array, Array]:
-    """Return the cosine and sine parts (...) of sum_n weight R_z(yaw) reference_n . moved_n over yaw."""
+    """Return the cosine and sine parts (...) of sum_n weight R_z(yaw) reference_n . moved_n."""
     cosine = np.sum(moved[..., :2] * reference[..., :2], axis=(-1, -2))
     sine = np.sum(reference[..., 0] * moved[..., 1] - reference[..., 1] * moved[..., 0], axis=-1)
     return weight * cosine, weight * sine

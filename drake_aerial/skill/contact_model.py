@@ -1,4 +1,4 @@
-"""The contact model M_n(u, r): where gripper n is, seen from the surface features it was demonstrated on."""
+"""The contact model M_n(u, r): gripper n relative to the surface features at its contact."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class ContactModel:
     Attributes
     ----------
     X_vG : Pose
-        The gripper's poses u_ni in the N_C features' frames, batch (N_C,).
+        Poses u_ni of the gripper in the frames v_i of N_C features, batch (N_C,).
     descriptor : (N_C, 2) array
         The features' descriptors (dimensionless).
     weights : (N_C,) array
@@ -34,7 +34,7 @@ class ContactModel:
 
     @property
     def density(self) -> SurfaceDensity:
-        """The density M_n over the gripper's pose in a feature's frame, and the feature's descriptor."""
+        """The density M_n over the gripper's pose in a feature's frame and the descriptor."""
         return SurfaceDensity(self.X_vG, self.descriptor, self.weights, bandwidth=self.bandwidth)
 
     @classmethod
@@ -47,9 +47,21 @@ class ContactModel:
         count: int,
         rng: np.random.Generator,
     ) -> ContactModel:
-        """Learn from the object model's features around one gripper at X_NG, at most `count` of them.
+        """Learn from the features of an object model around one gripper.
 
-        The weight decays as exp(-lambda d^2) with the distance d to the gripper and is 1 % at `radius` [m].
+        Parameters
+        ----------
+        model : ObjectModel
+            Features near the gripper.
+        X_NG : Pose
+            The gripper, one pose.
+        radius : float
+            Distance from the gripper at which a feature's weight is 1 % [m]; weights decay as
+            exp(-lambda d^2) with the distance d.
+        count : int
+            Largest number of features.
+        rng : numpy.random.Generator
+            Random generator; it draws the features if there are more.
         """
         features = model.features
         if count < len(features):

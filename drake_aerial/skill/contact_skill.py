@@ -1,4 +1,4 @@
-"""The contact skill: everything that transfer needs from one demonstration, in one file."""
+"""The contact skill: all that `transfer` needs of one demonstration, and its .npz file."""
 
 from __future__ import annotations
 
@@ -17,7 +17,9 @@ from drake_aerial.features.surface_features import SurfaceFeatures
 from drake_aerial.geometry import Array, Pose
 from drake_aerial.io.archives import load_archive
 from drake_aerial.io.files import write_bytes
-from drake_aerial.io.strict_yaml import shown
+from drake_aerial.io.record_text import record_to_mapping
+from drake_aerial.io.records import record_from_mapping
+from drake_aerial.io.strict_yaml import mapping_from_json, shown
 from drake_aerial.skill.configuration_model import ConfigurationModel
 from drake_aerial.skill.contact_model import ContactModel
 from drake_aerial.skill.object_model import ObjectModel
@@ -28,30 +30,33 @@ SCHEMA = "drake_aerial/skill"
 VERSION = 1
 
 _FEATURE_ARRAYS = ("p", "q", "r", "anisotropy", "rim")
+# Written for earlier programs, which read files of this version and require the entry. It weighted
+# quadrotor positions in H, which no transfer had (docs/readings.md).
+_ALPHA = {"alpha": 50.0}
 
 
 @dataclass(frozen=True, eq=False)
 class ContactSkill:
-    """What was learnt from one demonstration with n grippers, in its canonical frame N (z up).
+    """The models learnt from one demonstration with n grippers, in its canonical frame N (z up).
 
     Attributes
     ----------
     label : str
-        The skill's name, for the user's reference.
+        Name of the skill.
     description : str
         One sentence about the demonstration.
     parameters : LearningParameters
-        What it was learnt with.
+        Parameters of learning.
     X_SN : Pose
-        The canonical frame in the demonstration's cloud frame S.
+        The canonical frame N in the frame S of the demonstration's cloud.
     points : (M, 3) array
-        The demonstration's downsampled cloud, in N [m], for pictures.
+        The demonstration's downsampled cloud, in N [m].
     X_NG, X_NQ : Pose
         Demonstrated grippers and quadrotors, batches (n,).
     hull : HorizontalHull
-        The demonstration's hull, seen from above.
+        Convex hull of the demonstration seen from above, in N.
     objects, contacts : tuples of n
-        Object and contact model of every gripper.
+        Object model and contact model of each gripper.
     task : TaskModel
         The task model.
     configuration : ConfigurationModel
@@ -88,21 +93,20 @@ class ContactSkill:
         return len(self.objects)
 
     def to_bytes(self) -> bytes:
-        """Return the skill as an .npz archive without pickled objects; the same skill gives the same bytes."""
+        """Return the skill as an .npz archive without pickled objects.
+
+        The same skill gives the same bytes.
+        """
         c = self.configuration
         metadata = {
             "label": self.label,
             "description": self.description,
             "grippers": len(self),
-            "parameters": self.parameters.to_dict(),
+            "parameters": record_to_mapping(self.parameters),
             "rho": self.task.features.rho,
             "edge_saliency": self.task.features.edge_saliency,
-            "configuration": {
-                "sigma_p": c.sigma_p,
-                "sigma_q": c.sigma_q,
-                "alpha": c.alpha,
-                "axial": c.axial,
-            },
+            "configuration": _ALPHA
+            | {"sigma_p": c.sigma_p, "sigma_q": c.sigma_q, "axial": c.axial},
         }
         arrays: dict[str, np.ndarray] = {
             "schema": np.array(SCHEMA),
@@ -152,7 +156,7 @@ class ContactSkill:
         Raises
         ------
         InputError
-            If the file is missing, is not such an archive, has another schema or a newer version, or is
+            If the file is missing, is not such an archive, has another schema or version, or is
             incomplete.
         """
         arrays = _read(Path(path))
@@ -165,8 +169,9 @@ class ContactSkill:
             or version.dtype.kind not in "iu"
             or int(version) != VERSION
         ):
+            given = shown(None if version is None else version.tolist())
             raise InputError(
-                f"{path} is a skill of version {shown(None if version is None else version.tolist())}; this program reads version {VERSION}"
+                f"{path} is a skill of version {given}; this program reads version {VERSION}"
             )
         try:
             return cls._from_arrays(arrays)
@@ -183,8 +188,8 @@ class ContactSkill:
 
     @classmethod
     def _from_arrays(cls, arrays: dict[str, np.ndarray]) -> ContactSkill:
-        metadata = json.loads(str(arrays["metadata"]))
-        parameters = LearningParameters.from_dict(metadata["parameters"])
+        metadata = mapping_from_json(str(arrays["metadata"]), "metadata")
+        parameters = record_from_mapping(LearningParameters, metadata["parameters"], "parameters")
         rho, edge_saliency = metadata["rho"], metadata["edge_saliency"]
 
         def pose(name: str) -> Pose:
@@ -195,6 +200,7 @@ class ContactSkill:
             return SurfaceFeatures(**parts, rho=rho, edge_saliency=edge_saliency)
 
         bandwidth, count = parameters.bandwidth, range(metadata["grippers"])
+        configuration = {k: v for k, v in metadata["configuration"].items() if k not in _ALPHA}
         return cls(
             label=metadata["label"],
             description=metadata["description"],
@@ -221,7 +227,7 @@ class ContactSkill:
                 pose("configuration_X_FG"),
                 arrays["configuration_p_FQ"],
                 arrays["configuration_cable_length"],
-                **metadata["configuration"],
+                **configuration,
             ),
         )
 

@@ -1,10 +1,9 @@
-"""A demonstration: one cloud, and where grippers and quadrotors were on it."""
+"""A demonstration: one cloud with the poses of grippers and quadrotors on it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,21 +12,22 @@ from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, Pose, perpendicular, quat_from_xz, quat_normalize
 from drake_aerial.io import model_files
-from drake_aerial.io.strict_yaml import check_keys, number, numbers, read_mapping, shown
+from drake_aerial.io.records import read_record
 from drake_aerial.skill.demonstration_cloud import read_cloud
+from drake_aerial.skill.demonstration_file import DemonstrationFile, GripperEntry
 
 CABLE_LENGTH = 0.5
-"""Cable length where a demonstration names none [m]: the paper's."""
+"""Default cable length of a demonstration [m]; the paper's."""
 
 
 @dataclass(frozen=True, eq=False)
 class Demonstration:
-    """Where n grippers belong on one object, shown once.
+    """The cloud of one object, with n grippers and their quadrotors on it.
 
     Attributes
     ----------
     name : str
-        Short name, for instance the file's stem.
+        Short name, by default the file's stem.
     cloud : PointCloud
         The visible surface, in its frame S [m].
     grippers : Pose
@@ -37,9 +37,9 @@ class Demonstration:
     cable_length : (n,) array
         Cable lengths [m].
     description : str
-        One sentence for people.
+        One sentence about the demonstration.
     label : str
-        The label that the learnt skill is stored under.
+        Name of the skill that is learnt from it.
 
     Examples
     --------
@@ -83,34 +83,34 @@ class Demonstration:
         positions : (n, 3) or (3,) array
             Gripper positions on the surface, in S [m].
         axes : (n, 3) array, optional
-            Gripper axes, the outward surface normals, in S; of any length. Up by default.
+            Gripper axes, along the outward surface normals, in S; of any length. Default: up.
         cable_length : float or (n,) array
             Cable lengths [m].
         cable_directions : (n, 3) array, optional
-            From each gripper to its quadrotor, in S; of any length. Up by default.
+            Directions from each gripper to its quadrotor, in S; of any length. Default: up.
         name, description, label : str
-            For people; the label is the name by default.
+            Name, description and label; the label is the name by default.
 
         Raises
         ------
         InputError
-            If a shape is wrong, a direction vanishes, or a cable has no length.
+            If a shape is wrong, a direction vanishes, a cable has no length, or the cloud's `up`
+            is not known.
         """
+        cloud.require_up()
         p = np.atleast_2d(np.asarray(positions, float))
         if p.ndim != 2 or p.shape[1] != 3 or len(p) == 0 or not np.isfinite(p).all():
             raise InputError(
-                f"gripper positions should be finite and of shape (n, 3), got {np.shape(positions)}"
+                f"`positions` must be finite and of shape (n, 3), got {np.shape(positions)}"
             )
-        cloud.require_up()
-        z = _directions(axes, cloud.up, len(p), "gripper axes")
-        along = _directions(cable_directions, cloud.up, len(p), "cable directions")
+        z = _directions(axes, cloud.up, len(p), "axes")
+        along = _directions(cable_directions, cloud.up, len(p), "cable_directions")
         length = np.broadcast_to(np.asarray(cable_length, float), (len(p),)).copy()
         if not np.all(np.isfinite(length) & (length > 0.0)):
-            raise InputError(f"cable lengths should be positive, in metres, got {length.tolist()}")
+            raise InputError(f"`cable_length` must be positive, in metres, got {length.tolist()}")
         x = perpendicular(cloud.up)
         level = quat_from_xz(x, cloud.up)
-        # The gripper's x axis as near as it can be to a fixed horizontal one; it is free where grippers are
-        # axial.
+        # The gripper's x axis is as close as possible to a fixed horizontal one.
         tilted = np.abs(z @ x) > 0.999
         grippers = Pose(p, quat_from_xz(np.where(tilted[:, None], cloud.up, x), z))
         quadrotors = Pose(p + length[:, None] * along, np.tile(level, (len(p), 1)))
@@ -118,95 +118,61 @@ class Demonstration:
 
     @classmethod
     def read(cls, path_or_name: str | Path) -> Demonstration:
-        """Read a demonstration from a YAML file, or one of the shipped ones by name.
+        """Read a demonstration from a YAML file, or a shipped one by name.
 
-        The file has `name`, `label` and `description` (optional), `cloud` (see `demonstration_cloud`) and
-        `grippers`, a list of: `position` [m] and `axis` or `quaternion_wxyz`, `cable_length` [m] and
-        `cable_direction` or `quadrotor` (its position [m]); lengths and directions are optional. All in the
-        cloud's frame.
+        The file has a `cloud` (see `demonstration_cloud`) and a list of `grippers`; `name`, `label`
+        and `description` are optional. Each gripper has a `position` [m]. Optional are its `axis`
+        or `quaternion_wxyz`, its `cable_length` [m], and its `cable_direction` or the position of
+        its `quadrotor` [m]. All are in the cloud's frame.
 
         Raises
         ------
         InputError
-            If the file is missing or not YAML, a key is unknown or missing, a value is of the wrong kind, or
-            the cloud is bad.
+            If the file is missing or not YAML, a key is unknown or missing, a value is of the wrong
+            kind, or the cloud cannot be read.
         """
         path = model_files.find("demonstrations", path_or_name)
-        values = read_mapping(path)
-        where = str(path)
-        check_keys(
-            values, where, required=("cloud", "grippers"), optional=("name", "label", "description")
-        )
-        cloud = read_cloud(values["cloud"], path)
-        entries = values["grippers"]
-        if not isinstance(entries, list) or not entries:
-            raise InputError(
-                f"{where}: grippers should be a list with at least one entry, got {shown(entries)}"
-            )
-        grippers = [
-            _gripper(entry, f"{where}: gripper {n + 1}", cloud.up)
-            for n, entry in enumerate(entries)
-        ]
-        name = str(values.get("name", path.stem))
+        content = read_record(DemonstrationFile, path)
+        try:
+            cloud = read_cloud(content.cloud, path.parent)
+        except InputError as error:
+            raise InputError(f"{path}: `cloud`: {error}") from error
+        name = content.name or path.stem
+        cables = [_cable(gripper, cloud.up) for gripper in content.grippers]
         demonstration = cls.make(
             cloud,
-            np.array([g["position"] for g in grippers]),
-            axes=np.array([g["axis"] for g in grippers]),
-            cable_length=np.array([g["cable_length"] for g in grippers]),
-            cable_directions=np.array([g["cable_direction"] for g in grippers]),
+            np.array([gripper.position for gripper in content.grippers]),
+            axes=np.array([cloud.up if g.axis is None else g.axis for g in content.grippers]),
+            cable_length=np.array([length for length, _ in cables]),
+            cable_directions=np.array([direction for _, direction in cables]),
             name=name,
-            description=str(values.get("description", "")).strip(),
-            label=str(values.get("label", name)),
+            description=content.description.strip(),
+            label=content.label or name,
         )
-        q = np.array(
-            [
-                demonstration.grippers.q[n] if g["q"] is None else g["q"]
-                for n, g in enumerate(grippers)
-            ]
-        )
+        q = demonstration.grippers.q.copy()
+        for n, gripper in enumerate(content.grippers):
+            if gripper.quaternion_wxyz is not None:
+                q[n] = quat_normalize(np.array(gripper.quaternion_wxyz))
         return replace(demonstration, grippers=Pose(demonstration.grippers.p, q))
 
 
-def _gripper(entry: Any, where: str, up: Array) -> dict[str, Any]:
-    check_keys(
-        entry,
-        where,
-        required=("position",),
-        optional=("axis", "quaternion_wxyz", "cable_length", "cable_direction", "quadrotor"),
-    )
-    for a, b in (("axis", "quaternion_wxyz"), ("cable_direction", "quadrotor")):
-        if a in entry and b in entry:
-            raise InputError(f"{where}: give {a} or {b}, not both")
-    position = numbers(entry["position"], (3,), f"{where}: position")
-    q = None
-    axis = numbers(entry["axis"], (3,), f"{where}: axis") if "axis" in entry else up
-    if "quaternion_wxyz" in entry:
-        q = numbers(entry["quaternion_wxyz"], (4,), f"{where}: quaternion_wxyz")
-        if np.linalg.norm(q) < 1e-6:
-            raise InputError(f"{where}: quaternion_wxyz should not be zero")
-        q = quat_normalize(q)
+def _cable(gripper: GripperEntry, up: Array) -> tuple[float, Array]:
+    """Return the length [m] of a gripper's cable and its direction."""
     direction, length = up, CABLE_LENGTH
-    if "cable_direction" in entry:
-        direction = numbers(entry["cable_direction"], (3,), f"{where}: cable_direction")
-    if "quadrotor" in entry:
-        direction = numbers(entry["quadrotor"], (3,), f"{where}: quadrotor") - position
+    if gripper.cable_direction is not None:
+        direction = np.array(gripper.cable_direction)
+    if gripper.quadrotor is not None:
+        direction = np.subtract(gripper.quadrotor, gripper.position)
         length = float(np.linalg.norm(direction))
-    if "cable_length" in entry:
-        length = number(entry["cable_length"], f"{where}: cable_length")
-    return {
-        "position": position,
-        "axis": axis,
-        "q": q,
-        "cable_length": length,
-        "cable_direction": direction,
-    }
+    return gripper.cable_length or length, direction
 
 
-def _directions(values: ArrayLike | None, default: Array, count: int, what: str) -> Array:
+def _directions(values: ArrayLike | None, default: Array, count: int, name: str) -> Array:
+    """Return unit directions (count, 3), or as many times the default direction (3,)."""
     d = np.tile(default, (count, 1)) if values is None else np.atleast_2d(np.asarray(values, float))
     if d.shape != (count, 3):
-        raise InputError(f"{what} should be of shape ({count}, 3), got {d.shape}")
+        raise InputError(f"`{name}` must be of shape ({count}, 3), got {d.shape}")
     length = np.linalg.norm(d, axis=1, keepdims=True)
     if not np.all(length > 1e-9):
-        raise InputError(f"{what} should be directions of positive length, got {d.tolist()}")
+        raise InputError(f"`{name}` must be vectors of positive length, got {d.tolist()}")
     return d / length

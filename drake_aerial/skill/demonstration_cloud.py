@@ -1,139 +1,130 @@
-"""The cloud of a demonstration file: a scan, or a view of a shipped mesh or of a box."""
+"""The `cloud` of a demonstration file: a scan, or a view of a mesh or of a box."""
 
 from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
+from annotated_types import Ge
 
 from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.cloud.readers import read_geometry
 from drake_aerial.errors import InputError
 from drake_aerial.io import model_files
-from drake_aerial.io.strict_yaml import check_keys, number, numbers, shown
+from drake_aerial.io.records import Count, Name, NonNegative, Positive, Vector, Whole, record
 from drake_aerial.scene.depth_image import read_depth_image
 
-_SOURCES = ("file", "mesh", "box")
-_VIEWS = ("full", "top", "partial")
 # A face lies within this distance of the box's top [m].
 _TOP = 1e-6
 
 
-def read_cloud(values: Any, path: Path) -> PointCloud:
-    """Return the cloud that the `cloud` entry of a demonstration file describes.
+@record(frozen=True)
+class CloudEntry:
+    """The `cloud` of a demonstration file, with one source: file, mesh or box."""
 
-    The entry has one source: `file` (a scan, relative to the demonstration file, or a depth image
-    with its intrinsics in `camera`), `mesh` (a file, or the
-    name of a shipped mesh; `scale` multiplies it) or `box` (its three sizes [m], centred on the origin). A
-    mesh or box is seen in a `view`: `full`, `top` (the top face of a box alone) or `partial` (what a depth
-    camera at `viewpoint` sees). `noise` [m] is added with the seed `seed`. `up` is against gravity, z by
-    default; `viewpoint` orients normals.
+    file: Name | None = None
+    """A scan, relative to the demonstration file."""
+    camera: Name | dict[str, Any] | None = None
+    """Intrinsics, or their YAML file, if `file` is a depth image."""
+    mesh: Name | None = None
+    """A mesh file, relative to the demonstration file, or the name of a shipped mesh."""
+    box: tuple[Positive, Positive, Positive] | None = None
+    """Edges of a box centred on the origin [m]."""
+    scale: Positive | None = None
+    """Factor on the mesh or box (dimensionless); None for 1."""
+    view: Literal["full", "top", "partial"] = "full"
+    """Visible part of the mesh or box: full, top (the top face of a box), or partial (the view of a
+    depth camera at `viewpoint`)."""
+    viewpoint: Vector | None = None
+    """Position of the sensor, which orients normals [m]."""
+    up: Vector | None = None
+    """Direction against gravity (dimensionless); None for z."""
+    noise: NonNegative = 0.0
+    """Standard deviation of the noise that is added to the points [m]."""
+    seed: Annotated[Whole, Ge(0)] = 0
+    """Random seed of the noise."""
+    samples: Count = 20000
+    """Number of points sampled from a mesh or box."""
+
+    def __post_init__(self) -> None:
+        given = [name for name in ("file", "mesh", "box") if getattr(self, name) is not None]
+        if len(given) != 1:
+            raise InputError(
+                f"exactly one of file, mesh, box must be given, got {', '.join(given) or 'none'}"
+            )
+        if self.file is not None and (self.view != "full" or self.scale is not None):
+            raise InputError(
+                "`view` and `scale` must not be given for a file, only for a mesh or box"
+            )
+        if self.view == "top" and self.box is None:
+            raise InputError(
+                "`view` must be full or partial for a mesh, got 'top' (for a box only)"
+            )
+        if self.view == "partial" and self.viewpoint is None:
+            raise InputError(
+                "`viewpoint` must be [x, y, z] in metres for the partial view, got none"
+            )
+
+
+def read_cloud(entry: CloudEntry, folder: Path) -> PointCloud:
+    """Return the cloud of a demonstration file.
+
+    Parameters
+    ----------
+    entry : CloudEntry
+    folder : Path
+        Folder of the demonstration file.
 
     Raises
     ------
     InputError
-        If a key is unknown or missing, a value is of the wrong kind, or the source cannot be read.
+        If the file or mesh cannot be read.
     """
-    where = f"{path}: cloud"
-    optional = (*_SOURCES, "camera", "view", "viewpoint", "up", "scale", "noise", "seed", "samples")
-    check_keys(values, where, required=(), optional=optional)
-    given = [source for source in _SOURCES if source in values]
-    if len(given) != 1:
-        raise InputError(
-            f"{where}: give exactly one of {', '.join(_SOURCES)}, got {', '.join(given) or 'none'}"
-        )
-    viewpoint = (
-        numbers(values["viewpoint"], (3,), f"{where}: viewpoint") if "viewpoint" in values else None
-    )
-    up = numbers(values["up"], (3,), f"{where}: up") if "up" in values else None
-    samples = int(number(values.get("samples", 20000), f"{where}: samples"))
-    noise = number(values.get("noise", 0.0), f"{where}: noise")
-    rng = np.random.default_rng(int(number(values.get("seed", 0), f"{where}: seed")))
-    view = values.get("view", "full")
-    if view not in _VIEWS:
-        raise InputError(f"{where}: view should be one of {', '.join(_VIEWS)}, got {shown(view)}")
+    rng = np.random.default_rng(entry.seed)
+    placed: dict[str, Any] = {"viewpoint": entry.viewpoint, "up": entry.up}
+    if entry.file is not None and entry.camera is not None:
+        camera = folder / entry.camera if isinstance(entry.camera, str) else entry.camera
+        cloud = read_depth_image(folder / entry.file, camera, up=entry.up)
+    elif entry.file is not None:
+        cloud = PointCloud.read(folder / entry.file, samples=entry.samples, **placed)
+    elif entry.view == "partial":
+        from drake_aerial.cloud.partial_views import partial_view
 
-    if given == ["file"]:
-        if view != "full" or "scale" in values:
-            raise InputError(
-                f"{where}: view and scale belong to a mesh or box; a file is taken as it is"
-            )
-        file = path.parent / str(values["file"])
-        if "camera" in values:
-            camera = values["camera"]
-            camera = path.parent / camera if isinstance(camera, str) else camera
-            cloud = read_depth_image(file, camera, up=up)
-        else:
-            cloud = PointCloud.read(file, viewpoint=viewpoint, up=up, samples=samples)
+        assert entry.viewpoint is not None
+        placed["up"] = entry.up or (0.0, 0.0, 1.0)
+        return partial_view(_mesh(entry, folder), **placed, noise=entry.noise, rng=rng)
     else:
-        mesh = _mesh(values, given[0], where, path)
-        if view == "partial":
-            cloud = _partial(mesh, viewpoint, up, noise, rng, where)
-            noise = 0.0
-        else:
-            cloud = PointCloud.read(mesh, viewpoint=viewpoint, up=up, samples=samples)
-            if view == "top":
-                if given != ["box"]:
-                    raise InputError(
-                        f"{where}: the view 'top' is the top face of a box; a mesh has none"
-                    )
-                top = cloud.points[:, 2].max() - _TOP
-                cloud = cloud.cropped([-np.inf, -np.inf, top], [np.inf] * 3)
-    return cloud.with_noise(noise, rng) if noise > 0.0 else cloud
+        cloud = PointCloud.read(_mesh(entry, folder), samples=entry.samples, **placed)
+        if entry.view == "top":
+            top = cloud.points[:, 2].max() - _TOP
+            cloud = cloud.cropped([-np.inf, -np.inf, top], [np.inf] * 3)
+    return cloud.with_noise(entry.noise, rng) if entry.noise > 0.0 else cloud
 
 
-def _mesh(values: dict[str, Any], source: str, where: str, path: Path) -> Any:
+def _mesh(entry: CloudEntry, folder: Path) -> Any:
     import trimesh
 
-    if source == "box":
-        size = numbers(values["box"], (3,), f"{where}: box")
-        if not np.all(size > 0.0):
-            raise InputError(
-                f"{where}: box should be three positive sizes in metres, got {size.tolist()}"
-            )
-        mesh = trimesh.creation.box(extents=size)
+    if entry.box is not None:
+        mesh = trimesh.creation.box(extents=entry.box)
     else:
-        file = _mesh_file(str(values["mesh"]), where, path)
+        file = _mesh_file(str(entry.mesh), folder)
         geometry = read_geometry(file)
         if geometry.faces is None:
-            raise InputError(f"{where}: {file} holds no triangles; give it as file, not as mesh")
+            raise InputError(
+                f"`mesh` must have triangles, got the points {file}; give it as `file`"
+            )
         mesh = trimesh.Trimesh(geometry.points, geometry.faces)
-    scale = number(values.get("scale", 1.0), f"{where}: scale")
-    if not scale > 0.0:
-        raise InputError(f"{where}: scale should be positive, got {scale}")
-    mesh.apply_scale(scale)
+    mesh.apply_scale(entry.scale or 1.0)
     return mesh
 
 
-def _mesh_file(name: str, where: str, path: Path) -> Path:
-    beside = path.parent / name
-    if os.path.isfile(beside):
-        return beside
-    folder = model_files.models_dir() / "meshes"
-    shipped = {
-        file.stem: file
-        for file in sorted(folder.glob("*"))
-        if file.suffix in (".obj", ".ply", ".stl")
-    }
+def _mesh_file(name: str, folder: Path) -> Path:
+    if os.path.isfile(folder / name):
+        return folder / name
+    files = sorted((model_files.models_dir() / "meshes").glob("*"))
+    shipped = {file.stem: file for file in files if file.suffix in (".obj", ".ply", ".stl")}
     if name not in shipped:
-        raise InputError(f"{where}: no mesh {name!r}; give a file or one of {', '.join(shipped)}")
+        raise InputError(f"`mesh` must be a file or one of {', '.join(shipped)}, got {name!r}")
     return shipped[name]
-
-
-def _partial(
-    mesh: Any,
-    viewpoint: np.ndarray | None,
-    up: np.ndarray | None,
-    noise: float,
-    rng: np.random.Generator,
-    where: str,
-) -> PointCloud:
-    if viewpoint is None:
-        raise InputError(f"{where}: the view 'partial' needs a viewpoint [x, y, z] in metres")
-    from drake_aerial.cloud.partial_views import partial_view
-
-    return partial_view(
-        mesh, viewpoint, noise=noise, rng=rng, up=(0.0, 0.0, 1.0) if up is None else up
-    )

@@ -9,7 +9,7 @@ import numpy as np
 from drake_aerial.density.surface_density import Bandwidth, SurfaceDensity
 from drake_aerial.errors import InputError
 from drake_aerial.features.surface_features import SurfaceFeatures
-from drake_aerial.geometry import Array, Pose
+from drake_aerial.geometry import Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,8 +19,8 @@ class ObjectModel:
     Attributes
     ----------
     features : SurfaceFeatures
-        The N_O features that were drawn, in the demonstration's canonical frame N, each turned within its own
-        ambiguity (a feature may be drawn more than once, turned otherwise).
+        N_O features in the demonstration's canonical frame N, turned at random within their
+        ambiguity. A feature may occur more than once, with other turns.
     bandwidth : Bandwidth
         Kernel bandwidths.
     """
@@ -44,7 +44,22 @@ class ObjectModel:
         bandwidth: Bandwidth,
         rng: np.random.Generator,
     ) -> ObjectModel:
-        """Draw `count` features uniformly from those within `radius` [m] of the gripper at p_NG (3,).
+        """Draw features uniformly from those near one gripper.
+
+        Parameters
+        ----------
+        features : SurfaceFeatures
+            Features of the demonstration's cloud, in N.
+        p_NG : (3,) array
+            Position of the gripper [m].
+        radius : float
+            Largest distance of a feature from the gripper [m].
+        count : int
+            Number of features drawn, with repeats if there are fewer.
+        bandwidth : Bandwidth
+            Kernel bandwidths.
+        rng : numpy.random.Generator
+            Random generator; it draws features and turns.
 
         Raises
         ------
@@ -55,20 +70,19 @@ class ObjectModel:
         near = np.flatnonzero(distance <= radius)
         if len(near) == 0:
             raise InputError(
-                f"a gripper touches nothing: the nearest surface feature is {distance.min():.3f} m away, "
-                f"at most {radius:.3f} m is accepted"
+                "a gripper touches nothing: its nearest surface feature must be within "
+                f"{radius:.3f} m, got {distance.min():.3f} m; move the gripper onto the cloud"
             )
-        drawn = features.take(spread(near, count, rng))
-        pose = drawn.spun(rng)
-        return cls(replace_pose(drawn, pose), bandwidth)
+        return cls(with_random_turns(features.take(draw_evenly(near, count, rng)), rng), bandwidth)
 
 
-def spread(index: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
-    """Draw `count` of `index` uniformly, each as often as any other but for one."""
+def draw_evenly(index: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Draw `count` of the indices, sorted; how often two of them occur differs by at most one."""
     repeats, rest = divmod(count, len(index))
     return np.sort(np.concatenate([np.tile(index, repeats), rng.permutation(index)[:rest]]))
 
 
-def replace_pose(features: SurfaceFeatures, pose: Pose) -> SurfaceFeatures:
-    """Return the features with other frames: p (N, 3) [m], q (N, 4)."""
+def with_random_turns(features: SurfaceFeatures, rng: np.random.Generator) -> SurfaceFeatures:
+    """Return the features with their frames turned at random within their ambiguity."""
+    pose = features.spun(rng)
     return replace(features, p=pose.p, q=pose.q)

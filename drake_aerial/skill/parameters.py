@@ -1,65 +1,35 @@
-"""What learning depends on, and the numbers that worked (docs/method.md)."""
+"""Parameters of learning; docs/method.md explains the defaults."""
 
 from __future__ import annotations
 
-import dataclasses
-from dataclasses import dataclass, field
-
-import numpy as np
+from dataclasses import field
+from typing import ClassVar
 
 from drake_aerial.density.surface_density import Bandwidth
-from drake_aerial.errors import InputError
 from drake_aerial.features.surface_features import FeatureParameters
+from drake_aerial.io.records import Count, Flag, Positive, record
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class LearningParameters:
-    """Parameters of `learn`; a skill stores them.
+    """Parameters of `learn`; a skill stores them."""
 
-    Attributes
-    ----------
-    features : FeatureParameters
-        Surface features; the new cloud's are computed with the same.
-    bandwidth : Bandwidth
-        Kernel bandwidths of object, task and contact model.
-    contact_radius : float
-        Features within this distance of a gripper belong to its contact (the paper's delta) [m].
-    object_features, contact_kernels, task_features : int
-        The paper's N_O, N_C and N_T.
-    configuration_sigma : float
-        Bandwidth of gripper positions in the formation frame [m].
-    alpha : float
-        Decay of H with a quadrotor's squared distance from its demonstrated place [1/m^2].
-    axial : bool
-        Whether grippers are symmetric about their z axis, so that only it is compared.
-    """
+    RETIRED: ClassVar = ("alpha",)
 
     features: FeatureParameters = field(default_factory=FeatureParameters)
+    """Surface features of the demonstration and of new clouds."""
     bandwidth: Bandwidth = field(default_factory=Bandwidth)
-    contact_radius: float = 0.05
-    object_features: int = 500
-    contact_kernels: int = 500
-    task_features: int = 50
-    configuration_sigma: float = 0.03
-    alpha: float = 1.0 / (2.0 * 0.1**2)
-    axial: bool = True
-
-    def __post_init__(self) -> None:
-        for name in ("contact_radius", "configuration_sigma"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0.0):
-                raise InputError(f"{name} should be a positive length in metres, got {value}")
-        for name in ("object_features", "contact_kernels", "task_features"):
-            if not getattr(self, name) >= 1:
-                raise InputError(f"{name} should be at least 1, got {getattr(self, name)}")
-
-    def to_dict(self) -> dict:
-        """Return the parameters as nested dictionaries of plain values."""
-        return dataclasses.asdict(self)
-
-    @classmethod
-    def from_dict(cls, values: dict) -> LearningParameters:
-        """Return the parameters that `to_dict` gave."""
-        values = dict(values)
-        features = FeatureParameters(**values.pop("features"))
-        return cls(features=features, bandwidth=Bandwidth(**values.pop("bandwidth")), **values)
+    """Kernel bandwidths of the object, task and contact models."""
+    contact_radius: Positive = 0.05
+    """Distance from a gripper within which features belong to its contact, delta in the paper
+    [m]."""
+    object_features: Count = 500
+    """Features of an object model, N_O in the paper."""
+    contact_kernels: Count = 500
+    """Kernels of a contact model, N_C in the paper."""
+    task_features: Count = 50
+    """Features of the task model, N_T in the paper."""
+    configuration_sigma: Positive = 0.03
+    """Bandwidth of gripper positions in the formation frame [m]."""
+    axial: Flag = True
+    """True if grippers are symmetric about their z axis, so that only this axis is compared."""

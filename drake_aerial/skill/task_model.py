@@ -1,6 +1,4 @@
-"""The task model T(v, r): the salient features of the whole visible object, which say where on it a contact
-was.
-"""
+"""The task model T(v, r): salient features of the whole visible object, to locate the contact."""
 
 from __future__ import annotations
 
@@ -13,7 +11,7 @@ from drake_aerial.density.surface_density import Bandwidth, SurfaceDensity
 from drake_aerial.features.horizontal_direction import gravity_saliency
 from drake_aerial.features.surface_features import SurfaceFeatures
 from drake_aerial.geometry import Array
-from drake_aerial.skill.object_model import replace_pose
+from drake_aerial.skill.object_model import with_random_turns
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,12 +21,12 @@ class TaskModel:
     Attributes
     ----------
     features : SurfaceFeatures
-        N_T features sampled uniformly over the visible surface, turned within their own ambiguity: the
-        paper's.
+        The paper's task features: N_T features drawn uniformly over the visible surface, turned
+        at random within their ambiguity.
     weights : (N_T,) array
         Their weights w_j, proportional to saliency; they sum to one.
     salient : SurfaceFeatures
-        N_T features sampled by the saliency that gravity frames use: those that vote in hull coordinates.
+        N_T features drawn by gravity saliency; they vote in hull coordinates.
     bandwidth : Bandwidth
         Kernel bandwidths.
     """
@@ -54,12 +52,11 @@ class TaskModel:
         bandwidth: Bandwidth,
         rng: np.random.Generator,
     ) -> TaskModel:
-        """Draw `count` features uniformly, weighted by saliency, and `count` by their gravity saliency."""
+        """Draw `count` features uniformly, and `count` by their gravity saliency."""
         uniform = features.take(
             np.sort(rng.choice(len(features), min(count, len(features)), replace=False))
         )
-        # The paper's w_j = r_1j / r is 0 / 0 on a flat cloud; a small floor keeps the weights defined.
+        # The paper's w_j = r_1j / r is 0 / 0 on a flat cloud; a floor keeps the weights defined.
         weights = uniform.saliency + 1e-3
         salient = features.take(systematic_resample(gravity_saliency(features), count, rng))
-        uniform = replace_pose(uniform, uniform.spun(rng))
-        return cls(uniform, weights / weights.sum(), salient, bandwidth)
+        return cls(with_random_turns(uniform, rng), weights / weights.sum(), salient, bandwidth)

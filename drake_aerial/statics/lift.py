@@ -2,27 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+from annotated_types import Len
 
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
+from drake_aerial.io.records import Positive, record
 from drake_aerial.statics.gravity import GRAVITY
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Lift:
-    """The payload's mass, and what each quadrotor lifts, its own weight included.
-
-    Attributes
-    ----------
-    payload_mass : float
-        [kg].
-    max_thrust : tuple of n floats
-        Largest total thrust of each quadrotor [N].
-    quadrotor_mass : tuple of n floats
-        [kg].
+    """Mass of a payload, and masses and thrust limits of the n quadrotors that lift it.
 
     Raises
     ------
@@ -30,20 +23,18 @@ class Lift:
         If a number is not positive, or the tuples differ in length.
     """
 
-    payload_mass: float
-    max_thrust: tuple[float, ...]
-    quadrotor_mass: tuple[float, ...]
+    payload_mass: Positive
+    """Mass of the payload [kg]."""
+    max_thrust: Annotated[tuple[Positive, ...], Len(1)]
+    """Largest total thrust of each quadrotor [N]."""
+    quadrotor_mass: tuple[Positive, ...]
+    """Mass of each quadrotor [kg]."""
 
     def __post_init__(self) -> None:
-        if len(self.max_thrust) != len(self.quadrotor_mass) or not self.max_thrust:
+        if len(self.quadrotor_mass) != len(self.max_thrust):
             raise InputError(
-                f"max_thrust and quadrotor_mass should have one number per quadrotor each, got {len(self.max_thrust)} "
-                f"and {len(self.quadrotor_mass)}"
-            )
-        numbers = np.array([self.payload_mass, *self.max_thrust, *self.quadrotor_mass], float)
-        if not np.all(np.isfinite(numbers) & (numbers > 0.0)):
-            raise InputError(
-                f"masses and thrusts should be positive and finite, got {numbers.tolist()}"
+                f"`quadrotor_mass` must have {len(self.max_thrust)} entries like max_thrust, "
+                f"got {len(self.quadrotor_mass)}"
             )
 
     @property

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from drake_aerial.contacts.solutions import ContactSolutions
-from drake_aerial.errors import InputError
+from drake_aerial.errors import InputError, one_line
 from drake_aerial.study.contacts import (
     SPARE,
     ContactTask,
@@ -146,7 +146,7 @@ def run_study(
         if foreign and not errors:
             raise InputError(
                 f"{folder.path} holds {len(foreign)} records that this study does not make, such as {min(foreign)}: "
-                "a payload, a demonstration or the contacts changed; give another --out"
+                "a payload, a demonstration or the contacts changed; give another folder (--out)"
             )
         waiting = [task for task in tasks if task.key not in done]
         clock = _Clock(tasks, waiting, report)
@@ -156,7 +156,7 @@ def run_study(
                 folder.append(result)
                 flown += 1
             else:
-                errors.append(f"{task.name}: {_one_line(result)}")
+                errors.append(f"{task.name}: {type(result).__name__}: {one_line(result)}")
             clock.passed(task)
         folder.sort([task.key for task in tasks])
         wall = time.perf_counter() - began
@@ -206,7 +206,7 @@ def _contacts(
     for count, (task, result) in enumerate(staff.run(find_contacts, missing)):
         report(0.0, f"contacts {count + 1}/{len(missing)}")
         if not isinstance(result, FoundContacts):
-            errors.append(f"contacts {task.name}: {_one_line(result)}")
+            errors.append(f"contacts {task.name}: {type(result).__name__}: {one_line(result)}")
             continue
         times[task.name] = {"wall_s": round(result.wall_s, 3), "cpu_s": round(result.cpu_s, 3)}
         found[task.name] = (None, result.failure)
@@ -265,7 +265,3 @@ class _Clock:
             seconds = self._left * (time.perf_counter() - self._began) / self._spent
             what += f", {seconds / 60:.0f} min left" if seconds >= 90 else f", {seconds:.0f} s left"
         self._report(1.0 - self._left / self._whole if self._whole else 1.0, what)
-
-
-def _one_line(error: BaseException) -> str:
-    return f"{type(error).__name__}: {' '.join(str(error).split())}"[:300]

@@ -1,20 +1,22 @@
-"""One condition of a study: what was demonstrated, what is to be carried, what is seen of it, and how it is flown."""
+"""One condition of a study: demonstration, payload, scan and flight."""
 
 from __future__ import annotations
 
 import hashlib
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
+from annotated_types import Ge, Len
+from pydantic import AfterValidator, BeforeValidator, SkipValidation, ValidationInfo
 
+from drake_aerial.choices import CableKind, ControllerKind
 from drake_aerial.errors import InputError
 from drake_aerial.io import model_files
-from drake_aerial.io.strict_yaml import check_keys, nearest, number, numbers, shown
-from drake_aerial.plant.cable import KINDS as CABLES
+from drake_aerial.io.records import Name, NonNegative, Vector, Whole, record
 from drake_aerial.plant.payload import TABLE_INERTIA, Payload
 from drake_aerial.references.trajectory import Trajectory, TransportTrajectory
 from drake_aerial.references.trajectory_files import (
@@ -22,59 +24,44 @@ from drake_aerial.references.trajectory_files import (
     trajectory_from_dict,
     trajectory_to_dict,
 )
-from drake_aerial.simulation.flight_options import CONTROLLERS
 
-VIEWS = ("full", "top", "partial")
-INERTIAS = ("table", "mesh", "file")
-_REQUIRED = ("name", "payload")
-_OPTIONAL = (
-    "title",
-    "demonstration",
-    "view",
-    "viewpoint",
-    "scan_noise",
-    "points",
-    "trajectory",
-    "controller",
-    "cable",
-    "flight_noise",
-    "contacts",
-)
-DEFAULTABLE = tuple(key for key in _OPTIONAL if key not in ("title", "contacts"))
-"""Keys that a plan may give once for all of its conditions."""
-
-Sites = tuple[tuple[float, float, float], ...]
+Inertia = Literal["table", "mesh", "file"]
+INERTIAS = get_args(Inertia)
+NOT_SHARED = ("name", "title", "payload", "contacts")
+"""Keys that a plan cannot give once for all of its conditions."""
 
 
-@dataclass(frozen=True)
+def _file(kind: str) -> AfterValidator:
+    """Return a validator that makes a file of a document absolute and keeps a shipped name."""
+
+    def absolute(name: str, info: ValidationInfo) -> str:
+        if info.context is None:
+            return name
+        beside = (info.context["folder"] or Path()) / name
+        if os.path.isfile(beside):
+            return str(beside.resolve())
+        found = model_files.find(kind, name)
+        return str(found.resolve()) if os.path.isfile(name) else name
+
+    return AfterValidator(absolute)
+
+
+def _trajectory(given: Any, info: ValidationInfo) -> Trajectory:
+    if isinstance(given, Mapping):
+        return trajectory_from_dict(dict(given))
+    if isinstance(given, Trajectory):
+        return given
+    beside = ((info.context or {}).get("folder") or Path()) / str(given)
+    return read_trajectory(beside if os.path.isfile(beside) else str(given))
+
+
+def _contacts(given: Any) -> Any:
+    return tuple(given.items()) if isinstance(given, Mapping) else given or ()
+
+
+@record(frozen=True)
 class Condition:
     """One condition of a study.
-
-    Attributes
-    ----------
-    name : str
-        Short, fit for a file name: "A".
-    payload : str
-        A shipped payload's name or a PAYLOAD.yaml.
-    title : str
-        A short phrase.
-    demonstration : str or None
-        A shipped demonstration's name, its YAML file, or a skill .npz; None where `contacts` are given.
-    view : str
-        What is seen of the payload: "full", "top" (its highest, level face alone) or "partial" (by a depth camera).
-    viewpoint : (float, float, float) or None
-        The camera's position in the scan's frame [m]; needed for "partial".
-    scan_noise : float
-        Standard deviation of the scan's noise [m].
-    points : int
-        Samples of the payload's whole surface; a partial view has one point per pixel instead.
-    trajectory : Trajectory
-    controller, cable : str
-        See `fly`.
-    flight_noise : float
-        Standard deviation of the measured payload position [m].
-    contacts : tuple of (label, positions)
-        Contacts that are given instead of transferred, in the payload's frame [m]; the labels stand for methods.
 
     Examples
     --------
@@ -83,84 +70,61 @@ class Condition:
     'mpc'
     """
 
-    name: str
-    payload: str
-    title: str = ""
-    demonstration: str | None = None
-    view: str = "full"
-    viewpoint: tuple[float, float, float] | None = None
-    scan_noise: float = 0.001
-    points: int = 20000
-    trajectory: Trajectory = field(default_factory=TransportTrajectory)
-    controller: str = "mpc"
-    cable: str = "inextensible"
-    flight_noise: float = 0.01
-    contacts: tuple[tuple[str, Sites], ...] = ()
+    name: Name
+    """Short name of letters, digits and underscores, fit for a file name."""
+    payload: Annotated[Name, _file("payloads")]
+    """Name of a shipped payload, or a PAYLOAD.yaml."""
+    title: Name = ""
+    """Title in the report; the name by default in a file."""
+    demonstration: Annotated[Name, _file("demonstrations")] | None = None
+    """Name of a shipped demonstration, its YAML file, or a skill .npz; None if `contacts` are
+    given."""
+    view: Literal["full", "top", "partial"] = "full"
+    """Visible part of the payload: full, top (its highest, level face) or partial (the view of a
+    depth camera)."""
+    viewpoint: Vector | None = None
+    """Position of the camera in the scan's frame [m]; needed for the view partial."""
+    scan_noise: NonNegative = 0.001
+    """Standard deviation of the scan's noise [m]."""
+    points: Annotated[Whole, Ge(100)] = 20000
+    """Points sampled on the payload's whole surface; a partial view has one point per pixel
+    instead."""
+    trajectory: Annotated[Trajectory, SkipValidation, BeforeValidator(_trajectory)] = field(
+        default_factory=TransportTrajectory
+    )
+    """Trajectory of the payload: a name, a file or a mapping with `kind`."""
+    controller: ControllerKind = "mpc"
+    """Kind of the controller."""
+    cable: CableKind = "inextensible"
+    """Kind of the cables."""
+    flight_noise: NonNegative = 0.01
+    """Standard deviation of the measured payload position [m]."""
+    contacts: Annotated[
+        tuple[tuple[Name, Annotated[tuple[Vector, ...], Len(1)]], ...], BeforeValidator(_contacts)
+    ] = ()
+    """Contacts that are given instead of transferred, in the payload's frame [m]: labels, which
+    take the place of methods, with lists of positions."""
 
     def __post_init__(self) -> None:
-        where = f"condition {self.name!r}"
-        if not self.name or not self.name.replace("_", "").isalnum():
-            raise InputError(f"{where}: a name of letters, digits and underscores is accepted")
-        if bool(self.contacts) == (self.demonstration is not None):
-            raise InputError(
-                f"{where}: one of the keys 'demonstration' and 'contacts' must be given"
-            )
-        _one_of(self.view, VIEWS, f"{where}: view")
-        _one_of(self.controller, tuple(CONTROLLERS), f"{where}: controller")
-        _one_of(self.cable, CABLES, f"{where}: cable")
-        if self.view == "partial" and self.viewpoint is None:
-            raise InputError(f"{where}: the view 'partial' needs a viewpoint [x, y, z] in metres")
-        for key in ("scan_noise", "flight_noise"):
-            if getattr(self, key) < 0.0:
+        for name in (self.name, *self.labels):
+            if not name.replace("_", "").isalnum():
                 raise InputError(
-                    f"{where}: {key} is {getattr(self, key):g} m; zero or more accepted"
+                    f"`name` and labels must be letters, digits and underscores, got {name!r}"
                 )
-        if self.points < 100:
-            raise InputError(f"{where}: points is {self.points}; at least 100 accepted")
+        if bool(self.contacts) == (self.demonstration is not None):
+            raise InputError("exactly one of `demonstration` and `contacts` must be given")
+        if self.view == "partial" and self.viewpoint is None:
+            raise InputError(
+                "`viewpoint` must be given for the view 'partial': [x, y, z] in metres"
+            )
 
     @property
     def labels(self) -> tuple[str, ...]:
         """Names of the given contacts; empty where contacts are transferred."""
         return tuple(label for label, _ in self.contacts)
 
-    @classmethod
-    def from_dict(cls, values: Any, where: str, folder: Path | None = None) -> Condition:
-        """Return the condition of a mapping, checked; files may be relative to `folder`.
-
-        Raises
-        ------
-        InputError
-            For an unknown key (the nearest known one is named), a missing one, a value of the wrong kind, or a file that is not there.
-        """
-        check_keys(values, where, required=_REQUIRED, optional=_OPTIONAL)
-        where = f"{where} {values['name']!r}"
-        given: dict[str, Any] = {
-            "name": str(values["name"]),
-            "title": str(values.get("title", values["name"])),
-        }
-        given["payload"] = _file(values["payload"], "payloads", folder)
-        if values.get("demonstration") is not None:
-            given["demonstration"] = _file(values["demonstration"], "demonstrations", folder)
-        for key in ("view", "controller", "cable"):
-            if key in values:
-                given[key] = str(values[key])
-        for key in ("scan_noise", "flight_noise"):
-            if key in values:
-                given[key] = number(values[key], f"{where}: {key}")
-        if values.get("viewpoint") is not None:
-            given["viewpoint"] = tuple(
-                numbers(values["viewpoint"], (3,), f"{where}: viewpoint").tolist()
-            )
-        if "points" in values:
-            given["points"] = int(number(values["points"], f"{where}: points"))
-        if "trajectory" in values:
-            given["trajectory"] = _trajectory(values["trajectory"], f"{where}: trajectory", folder)
-        if values.get("contacts"):
-            given["contacts"] = _contacts(values["contacts"], f"{where}: contacts")
-        return cls(**given)
-
     def to_dict(self) -> dict[str, Any]:
-        """Return the mapping from which `from_dict` makes an equal condition."""
+        """Return the condition as the mapping that is written to study.yaml."""
         values: dict[str, Any] = {"name": self.name, "title": self.title, "payload": self.payload}
         if self.demonstration is not None:
             values["demonstration"] = self.demonstration
@@ -196,7 +160,8 @@ class Condition:
 
         Mass and centre of mass are the payload file's in all three.
         """
-        _one_of(inertia, INERTIAS, "inertia")
+        if inertia not in INERTIAS:
+            raise InputError(f"`inertia` must be one of {', '.join(INERTIAS)}, got {inertia!r}")
         payload = Payload.read(self.payload)
         if inertia == "file":
             return payload
@@ -209,49 +174,3 @@ class Condition:
             name=payload.name,
             X_SP=payload.X_SP,
         )
-
-
-def _one_of(value: str, accepted: tuple[str, ...], what: str) -> None:
-    if value not in accepted:
-        raise InputError(
-            f"{what} is {shown(value)}{nearest(value, accepted)}; accepted: {', '.join(accepted)}"
-        )
-
-
-def _file(value: Any, kind: str, folder: Path | None) -> str:
-    """Return a shipped name as it is, and a file as an absolute path."""
-    name = str(value)
-    if folder is not None and os.path.isfile(folder / name):
-        return str((folder / name).resolve())
-    found = model_files.find(kind, name)
-    return str(found.resolve()) if os.path.isfile(name) else name
-
-
-def _trajectory(value: Any, where: str, folder: Path | None) -> Trajectory:
-    try:
-        if isinstance(value, Mapping):
-            return trajectory_from_dict(dict(value))
-        beside = None if folder is None else folder / str(value)
-        # "circle" is what one flies; the trajectory that does so is called after its task.
-        name = "transport" if value == "circle" else str(value)
-        return read_trajectory(beside if beside is not None and os.path.isfile(beside) else name)
-    except InputError as error:
-        raise InputError(f"{where}: {error}") from error
-
-
-def _contacts(values: Any, where: str) -> tuple[tuple[str, Sites], ...]:
-    if not isinstance(values, dict) or not values:
-        raise InputError(
-            f"{where} should map labels to lists of positions [x, y, z], got {shown(values)}"
-        )
-    given = []
-    for label, sites in values.items():
-        if not str(label).replace("_", "").isalnum():
-            raise InputError(f"{where}: label {label!r}; letters, digits and underscores accepted")
-        if not isinstance(sites, list) or not sites:
-            raise InputError(
-                f"{where}: {label} should be a list of positions [x, y, z], got {shown(sites)}"
-            )
-        points = [numbers(site, (3,), f"{where}: {label}") for site in sites]
-        given.append((str(label), tuple((float(x), float(y), float(z)) for x, y, z in points)))
-    return tuple(given)

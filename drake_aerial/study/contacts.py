@@ -145,7 +145,7 @@ def find_contacts(task: ContactTask) -> FoundContacts:
                 top=task.top,
                 seed=seed_of(task.seed, "contacts"),
             )
-            contacts = replace(contacts, evidence=None)
+            contacts = replace(contacts, query=None, scan=None)
         except JobError as error:
             failure = " ".join(str(error).split())
     return FoundContacts(contacts, failure, time.perf_counter() - wall, time.process_time() - cpu)

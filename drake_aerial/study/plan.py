@@ -2,40 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+from annotated_types import Ge, Len
+from pydantic import BeforeValidator
 
 from drake_aerial._version import __version__
-from drake_aerial.contacts.parameters import METHODS
+from drake_aerial.choices import METHODS, Belief, Method
 from drake_aerial.errors import InputError
 from drake_aerial.io import model_files
-from drake_aerial.io.strict_yaml import check_keys, nearest, number, read_mapping, shown
-from drake_aerial.simulation.beliefs import BELIEFS
-from drake_aerial.study.conditions import DEFAULTABLE, INERTIAS, Condition
+from drake_aerial.io.records import Count, Flag, Name, Whole, record, record_from_mapping
+from drake_aerial.io.strict_yaml import check_keys, nearest, read_mapping
+from drake_aerial.study.conditions import NOT_SHARED, Condition, Inertia
 
 _LISTS = ("conditions", "methods", "beliefs", "inertias")
+# YAML reads the belief `true` as a truth value.
+BeliefName = Annotated[Belief, BeforeValidator(lambda given: "true" if given is True else given)]
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Flights:
-    """Part of a plan: every combination of the named conditions, methods, beliefs and inertias, flown equally often.
+    """Part of a plan: every combination of conditions, methods, beliefs and inertias."""
 
-    Attributes
-    ----------
-    conditions, methods, beliefs, inertias : tuple of str
-        Methods mean nothing to a condition whose contacts are given: all of its labels are flown.
-    solutions, trials : int
-        The best so many solutions, each so many times.
-    """
+    conditions: Annotated[tuple[Name, ...], Len(1)]
+    """Names of conditions."""
+    methods: tuple[Method, ...] = ()
+    """Methods of transfer; a condition with given contacts has its labels instead, which are all
+    flown."""
+    beliefs: Annotated[tuple[BeliefName, ...], Len(1)] = ("below_contact",)
+    """Beliefs of the controller."""
+    inertias: Annotated[tuple[Inertia, ...], Len(1)] = ("table",)
+    """Inertias of the payload: table, mesh or file."""
+    solutions: Count = 5
+    """Number of the best solutions that are flown."""
+    trials: Count = 10
+    """Flights of each solution."""
 
-    conditions: tuple[str, ...]
-    methods: tuple[str, ...]
-    beliefs: tuple[str, ...] = ("below_contact",)
-    inertias: tuple[str, ...] = ("table",)
-    solutions: int = 5
-    trials: int = 10
+    def __post_init__(self) -> None:
+        for key in _LISTS:
+            _no_doubles(getattr(self, key), f"`{key}`")
 
     def to_dict(self) -> dict[str, Any]:
         """Return the part as a mapping of plain values."""
@@ -49,7 +57,7 @@ class Arm:
 
     condition: Condition
     method: str
-    belief: str
+    belief: Belief
     inertia: str
     solutions: int
     trials: int
@@ -60,20 +68,9 @@ class Arm:
         return f"{self.condition.name}-{self.method}"
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class StudyPlan:
-    """A study, in full: the same plan and version give the same records.
-
-    Attributes
-    ----------
-    name, description : str
-    seed : int
-        All others derive from it.
-    conditions : tuple of Condition
-        In the report's order.
-    flights : tuple of Flights
-    fly_infeasible : bool
-        Whether solutions with reasons against them are flown too, where they can be.
+    """A study: the same plan and version give the same records.
 
     Examples
     --------
@@ -83,74 +80,65 @@ class StudyPlan:
     ['A', 'A_full', 'B', 'B_centroid', 'C', 'D', 'E', 'F', 'G', 'H']
     """
 
-    name: str
+    name: Name
+    """Name of the study; the file's name by default in a file."""
     conditions: tuple[Condition, ...]
-    flights: tuple[Flights, ...]
-    description: str = ""
-    seed: int = 0
-    fly_infeasible: bool = False
+    """Conditions in the report's order."""
+    flights: Annotated[tuple[Flights, ...], Len(1)]
+    """What is flown how often."""
+    description: Name = ""
+    """Description in the report."""
+    seed: Annotated[Whole, Ge(0)] = 0
+    """Master seed, from which all others derive."""
+    fly_infeasible: Flag = False
+    """True to fly solutions that are marked infeasible too, if the simulation can start."""
 
     @classmethod
     def read(cls, name_or_path: str | Path) -> StudyPlan:
         """Return the plan of a YAML file, or a shipped one by its name ("paper").
 
-        The file has `conditions` (a list; keys as in `Condition`), `flights` (a list; keys as in `Flights`) and, optionally,
-        `name`, `description`, `seed`, `fly_infeasible` and `defaults` (keys that all conditions share). A study.yaml that a study
-        left is such a file.
+        The file has `conditions` (a list; keys as in `Condition`), `flights` (a list; keys as in
+        `Flights`) and, optionally, `name`, `description`, `seed`, `fly_infeasible` and `defaults`
+        (keys that all conditions share). The study.yaml of a study is such a file.
 
         Raises
         ------
         InputError
-            For a missing file, an unknown key or name (the nearest known one is named), or an impossible value.
+            For a missing file, an unknown key or name (the nearest known one is named), or a value
+            outside its range.
         """
         path = model_files.find("studies", name_or_path)
-        values = read_mapping(path)
-        optional = ("name", "description", "seed", "fly_infeasible", "defaults", "package_version")
-        check_keys(values, str(path), required=("conditions", "flights"), optional=optional)
-        defaults = values.get("defaults") or {}
-        check_keys(defaults, f"{path}: defaults", optional=DEFAULTABLE)
-        conditions = []
-        for entry in _entries(values["conditions"], f"{path}: conditions"):
-            # What is given once for all does not ask a condition with contacts of its own for a demonstration.
-            own = {
-                k: v for k, v in defaults.items() if k != "demonstration" or "contacts" not in entry
-            }
-            conditions.append(
-                Condition.from_dict({**own, **entry}, f"{path}: condition", path.parent)
-            )
-        flights = [
-            _flights(entry, f"{path}: flights {k + 1}", conditions)
-            for k, entry in enumerate(_entries(values["flights"], f"{path}: flights"))
-        ]
-        seed = int(number(values.get("seed", 0), f"{path}: seed"))
-        infeasible = values.get("fly_infeasible", False)
-        if not isinstance(infeasible, bool):
-            raise InputError(
-                f"{path}: fly_infeasible is {shown(infeasible)}; true or false accepted"
-            )
-        return cls(
-            name=str(values.get("name", path.stem)),
-            conditions=tuple(conditions),
-            flights=tuple(flights),
-            description=str(values.get("description", "")),
-            seed=seed,
-            fly_infeasible=infeasible,
-        )
+        values = {"name": path.stem, **read_mapping(path)}
+        values.pop("package_version", None)
+        shared = values.pop("defaults", None) or {}
+        known = [f.name for f in fields(Condition) if f.name not in NOT_SHARED]
+        check_keys(shared, optional=known, where=f"{path}: `defaults`: ")
+        if isinstance(values.get("conditions"), list):
+            values["conditions"] = [_with_shared(entry, shared) for entry in values["conditions"]]
+        return record_from_mapping(cls, values, str(path), path.parent)
 
     def __post_init__(self) -> None:
-        _no_doubles([c.name for c in self.conditions], "conditions")
+        names = tuple(condition.name for condition in self.conditions)
+        _no_doubles(names, "`conditions`")
         stems: dict[str, str] = {}
         for condition in self.conditions:
             if condition.demonstration is not None:
                 stem = Path(condition.demonstration).stem
                 if stems.setdefault(stem, condition.demonstration) != condition.demonstration:
                     raise InputError(
-                        f"two demonstrations are called {stem!r}: {stems[stem]}, {condition.demonstration}"
+                        f"demonstrations must have different names, got {stem!r} twice: "
+                        f"{stems[stem]}, {condition.demonstration}"
                     )
-        if self.seed < 0:
-            raise InputError(f"the study's seed is {self.seed}; a whole number from 0 is accepted")
-        if not self.flights:
-            raise InputError("the study flies nothing: at least one entry of flights is needed")
+        transferred = {condition.name for condition in self.conditions if not condition.contacts}
+        for part in self.flights:
+            for name in part.conditions:
+                if name not in names:
+                    raise InputError(
+                        f"`flights`: conditions must be among {', '.join(names)}, "
+                        f"got {name!r}{nearest(name, names)}"
+                    )
+            if not part.methods and transferred & {*part.conditions}:
+                raise InputError(f"`flights`: methods must be given, of {', '.join(METHODS)}")
 
     def to_dict(self) -> dict[str, Any]:
         """Return the plan as the mapping that is written to study.yaml."""
@@ -206,18 +194,19 @@ class StudyPlan:
         parts: list[Flights] = []
         for part in self.flights:
             wanted = tuple(m for m in part.methods if m in methods_kept)
-            part = replace(
-                part,
-                conditions=tuple(
-                    c for c in part.conditions if c in kept and (c in given or wanted)
-                ),
-                methods=wanted,
-                beliefs=tuple(b for b in part.beliefs if b in beliefs_kept),
-                solutions=part.solutions if solutions is None else solutions,
-                trials=part.trials if trials is None else trials,
-            )
-            if part.conditions and part.beliefs:
-                parts.append(part)
+            named = tuple(c for c in part.conditions if c in kept and (c in given or wanted))
+            believed = tuple(b for b in part.beliefs if b in beliefs_kept)
+            if named and believed:
+                parts.append(
+                    replace(
+                        part,
+                        conditions=named,
+                        methods=wanted,
+                        beliefs=believed,
+                        solutions=part.solutions if solutions is None else solutions,
+                        trials=part.trials if trials is None else trials,
+                    )
+                )
         if not parts:
             raise InputError(
                 f"nothing is left of the plan {self.name!r}: it has no flights with all of these together"
@@ -265,57 +254,19 @@ class StudyPlan:
         )
 
 
-def _flights(values: Any, where: str, conditions: list[Condition]) -> Flights:
-    check_keys(
-        values, where, required=("conditions",), optional=(*_LISTS[1:], "solutions", "trials")
-    )
-    accepted = {
-        "conditions": tuple(c.name for c in conditions),
-        "methods": tuple(METHODS),
-        "beliefs": BELIEFS,
-        "inertias": INERTIAS,
-    }
-    transferred = [c.name for c in conditions if not c.contacts]
-    given: dict[str, Any] = {"methods": ()}
-    for key in _LISTS:
-        if key not in values:
-            continue
-        names = values[key]
-        if not isinstance(names, list) or (not names and key != "methods"):
-            raise InputError(f"{where}: {key} should be a list of names, got {shown(names)}")
-        # YAML takes the belief `true` for a truth value.
-        names = ["true" if name is True else str(name) for name in names]
-        for name in names:
-            if name not in accepted[key]:
-                near = nearest(name, accepted[key])
-                raise InputError(
-                    f"{where}: {key} has {name!r}{near}; accepted: {', '.join(accepted[key])}"
-                )
-        given[key] = tuple(names)
-        _no_doubles(list(given[key]), f"{where}: {key}")
-    for key in ("solutions", "trials"):
-        if key in values:
-            count = number(values[key], f"{where}: {key}")
-            if count != int(count) or count < 1:
-                raise InputError(
-                    f"{where}: {key} is {shown(values[key])}; a whole number from 1 is accepted"
-                )
-            given[key] = int(count)
-    if not given["methods"] and any(name in transferred for name in given["conditions"]):
-        raise InputError(f"{where}: methods are missing; accepted: {', '.join(METHODS)}")
-    return Flights(**given)
+def _with_shared(entry: Any, shared: dict[str, Any]) -> Any:
+    """Return the entry of a condition, with the plan's `defaults` for the keys that it lacks."""
+    if not isinstance(entry, dict):
+        return entry
+    # A condition with contacts needs no demonstration.
+    own = {k: v for k, v in shared.items() if k != "demonstration" or "contacts" not in entry}
+    return {"title": entry.get("name", ""), **own, **entry}
 
 
-def _entries(value: Any, where: str) -> list[dict[str, Any]]:
-    if not isinstance(value, list) or not all(isinstance(entry, dict) for entry in value):
-        raise InputError(f"{where} should be a list of mappings, got {shown(value)}")
-    return value
-
-
-def _no_doubles(names: list[str], what: str) -> None:
+def _no_doubles(names: Sequence[str], what: str) -> None:
     for name in names:
         if names.count(name) > 1:
-            raise InputError(f"{what} has {name!r} twice")
+            raise InputError(f"{what} must be different, got {name!r} twice")
 
 
 def _unique(names: Iterable[str]) -> list[str]:

@@ -16,6 +16,7 @@ import yaml
 from drake_aerial._version import __version__
 from drake_aerial.errors import InputError
 from drake_aerial.io.files import replacing, write_text
+from drake_aerial.io.strict_yaml import mapping_from_json, read_json, read_mapping
 from drake_aerial.study.plan import StudyPlan
 from drake_aerial.study.trials import SCHEMA, VERSION, FlownTrial, Record
 
@@ -60,10 +61,10 @@ def read_records(folder: str | Path) -> tuple[list[Record], list[str]]:
 
 def _record(line: bytes) -> tuple[Record | None, str]:
     try:
-        values = json.loads(line)
-    except ValueError:
+        values = mapping_from_json(line, "the line")
+    except InputError:
         return None, "is damaged or cut short"
-    if not isinstance(values, dict) or (values.get("schema"), values.get("version")) != (
+    if (values.get("schema"), values.get("version")) != (
         SCHEMA,
         VERSION,
     ):
@@ -105,7 +106,7 @@ class StudyFolder:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError as error:
                 raise InputError(
-                    f"another study is writing to {path}; wait for it, or give another --out"
+                    f"another study is writing to {path}; wait for it, or give another folder (--out)"
                 ) from error
             folder._claim(plan)
             folder._mend()
@@ -118,17 +119,15 @@ class StudyFolder:
         ours = json.loads(json.dumps(plan.to_dict()))
         if not path.exists():
             if (self.path / RECORDS).exists():
-                raise InputError(f"{self.path} has records and no {PLAN}; give another --out")
+                raise InputError(
+                    f"{self.path} has records and no {PLAN}; give another folder (--out)"
+                )
             write_text(path, yaml.safe_dump(ours, sort_keys=False, width=120))
             return
-        try:
-            theirs = yaml.safe_load(path.read_text(encoding="utf-8"))
-        except (OSError, ValueError, yaml.YAMLError) as error:
-            raise InputError(f"cannot read {path}: {' '.join(str(error).split())}") from error
-        difference = _difference(theirs, ours, "")
+        difference = _difference(read_mapping(path), ours, "")
         if difference is not None:
             raise InputError(
-                f"{self.path} holds another study: {difference}; give another --out, or the same plan"
+                f"{self.path} holds another study: {difference}; give another folder (--out), or the same plan"
             )
 
     def _mend(self) -> None:
@@ -183,9 +182,9 @@ class StudyFolder:
         """Add what transfers took, and a session's time, to timing.json."""
         path = self.path / TIMING
         try:
-            known = json.loads(path.read_text(encoding="utf-8"))
+            known = read_json(path)
             known = {"transfers": dict(known["transfers"]), "sessions": list(known["sessions"])}
-        except (OSError, ValueError, KeyError, TypeError):
+        except (ValueError, KeyError, TypeError):
             known = {"transfers": {}, "sessions": []}
         known["transfers"] |= transfers
         if session is not None:

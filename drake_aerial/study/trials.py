@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from drake_aerial._version import __version__
+from drake_aerial.choices import Belief
 from drake_aerial.contacts.solutions import ContactSolutions, Solution
 from drake_aerial.errors import InputError, JobError
 from drake_aerial.geometry import Array, transform
@@ -72,7 +73,7 @@ class TrialTask:
     key: str
     condition: Condition
     method: str
-    belief: str
+    belief: Belief
     inertia: str
     contacts: ContactSolutions | None
     solution: int | None

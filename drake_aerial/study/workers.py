@@ -6,7 +6,6 @@ import gc
 import logging
 import os
 import signal
-import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -190,9 +189,9 @@ def hired(workers: int = 0, scheduler: str | None = None) -> Iterator[Workers]:
         import dask
         from distributed import Client, LocalCluster
     except ImportError as error:
-        wanted = f"--scheduler {scheduler}" if scheduler else f"--workers {workers}"
+        wanted = f"scheduler {scheduler!r} needs" if scheduler else f"{workers} workers need"
         raise InputError(
-            f"{wanted} needs Dask, which is not installed: pip install 'drake-aerial[study]', or give --workers 0"
+            f"{wanted} Dask, which is not installed: pip install 'drake-aerial[study]', or give 0 workers (--workers 0)"
         ) from error
     # What is garbage here, renderers among it, must not be freed by one of the cluster's threads: they would hang.
     gc.collect()
@@ -224,31 +223,19 @@ def hired(workers: int = 0, scheduler: str | None = None) -> Iterator[Workers]:
                 yield DaskWorkers(client)
             return
         with ExitStack() as stack:
-            with _deaf():
-                cluster = LocalCluster(
-                    n_workers=workers,
-                    threads_per_worker=1,
-                    processes=True,
-                    dashboard_address="127.0.0.1:0",
-                    memory_limit=0,
-                    silence_logs=logging.ERROR,
-                )
-                stack.enter_context(cluster)
-                client = stack.enter_context(Client(cluster, set_as_default=False))
+            cluster = LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                processes=True,
+                dashboard_address="127.0.0.1:0",
+                memory_limit=0,
+                silence_logs=logging.ERROR,
+            )
+            stack.enter_context(cluster)
+            client = stack.enter_context(Client(cluster, set_as_default=False))
+            # A terminal sends Ctrl-C to the workers too; the client ends them.
+            client.register_worker_callbacks(lambda: signal.signal(signal.SIGINT, signal.SIG_IGN))
             yield DaskWorkers(client)
-
-
-@contextmanager
-def _deaf() -> Iterator[None]:
-    """Ignore Ctrl-C in the block, and for good in the processes that are started in it: they end when they are told to, without a word."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def default_workers() -> int:

@@ -104,12 +104,11 @@ def live_flight(
 
     Examples
     --------
-    >>> from drake_aerial import Payload
+    >>> from drake_aerial import Flight, FlightOptions, Payload, SuspendedPayload
     >>> from drake_aerial.references.trajectory import HoverTrajectory
-    >>> from drake_aerial.simulation.flight import Flight
-    >>> from drake_aerial.simulation.suspended_payload import Suspension
-    >>> held = Suspension.hang(Payload.from_box([0.4, 0.4, 0.2], 0.25), [[0.0, 0.0, 0.1]], [[0.0, 0.0, 1.0]])
-    >>> flight = Flight(held, trajectory=HoverTrajectory(hover_time=0.2))
+    >>> box = Payload.from_box([0.4, 0.4, 0.2], 0.25)
+    >>> box = SuspendedPayload.from_contacts(box, [[0.0, 0.0, 0.1]], [[0.0, 0.0, 1.0]])
+    >>> flight = Flight(box, FlightOptions(trajectory=HoverTrajectory(hover_time=0.2)))
     >>> with live_flight(flight, patience=0.0) as watch:
     ...     result = flight.run(0, watch=watch)
     >>> result.outcome
@@ -141,7 +140,7 @@ class LiveFlight:
     """
 
     def __init__(self, meshcat: Any, flight: Flight):
-        station, payload = flight.station, flight.suspension.payload
+        station, payload = flight.station, flight.suspended_payload.payload
         self._meshcat, self._station, self._trajectory = meshcat, station, flight.trajectory
         self._scene = FlightScene(
             meshcat,

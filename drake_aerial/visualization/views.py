@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import os
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,6 +12,7 @@ import numpy as np
 from drake_aerial.errors import InputError
 from drake_aerial.io import model_files
 from drake_aerial.io.archives import load_archive
+from drake_aerial.io.strict_yaml import mapping_from_json
 from drake_aerial.visualization.pages import write_picture_page
 from drake_aerial.visualization.picture import RED, Color, Picture
 from drake_aerial.visualization.pictures import (
@@ -149,9 +148,9 @@ def skill_view(skill: ContactSkill) -> View:
 def contacts_view(solutions: ContactSolutions, cloud: PointCloud) -> View:
     """Return solutions on their scan; with the query density as heat where it is at hand."""
     legend = CONTACTS_LEGEND
-    if solutions.evidence is not None and solutions.evidence.likelihood is not None:
-        points = solutions.evidence.features_S.p
-        log = solutions.evidence.log_surface()
+    if solutions.query is not None:
+        points = solutions.query.scan.features_S.p
+        log = solutions.query.log_surface()
         colors = heat(np.exp(log - log.max()))
         legend = [*legend, *HEAT_LEGEND]
         note = "heat: how well the first gripper belongs there"
@@ -178,52 +177,49 @@ def write_contacts_page(out: str | Path, solutions: ContactSolutions, cloud: Poi
 def found_again(
     solutions: ContactSolutions, cloud: PointCloud, skill: ContactSkill | None = None
 ) -> ContactSolutions:
-    """Return solutions with the evidence that they were found from, asked again of the skill; without it where that is not at hand.
+    """Return solutions with the densities of their transfer, recomputed; without if the skill is not at hand.
 
     Raises
     ------
     InputError
         If a skill is given under which the solutions are not as likely as they say.
     """
-    from drake_aerial.contacts.recomputation import evidence_again
+    from drake_aerial.contacts.recomputation import recompute_query
     from drake_aerial.skill.demonstration import Demonstration
     from drake_aerial.skill.learn import learn
 
-    if solutions.evidence is not None or solutions.method == "centroid" or not solutions.solutions:
+    if solutions.query is not None or solutions.method == "centroid" or not solutions.solutions:
         return solutions
     used = skill
     if used is None:
         if solutions.skill not in model_files.names("demonstrations"):
             return solutions
         used = learn(Demonstration.read(solutions.skill), seed=0)
-    evidence = evidence_again(solutions, used, cloud, solutions.parameters)
-    if evidence is None and skill is not None:
+    query = recompute_query(solutions, used, cloud)
+    if query is None and skill is not None:
         raise InputError(
             f"skill {skill.label!r} is not what found these contacts: under it they are not as likely as they say"
         )
-    return replace(solutions, evidence=evidence)
+    return replace(solutions, query=query)
 
 
 def cloud_of(solutions: ContactSolutions, folder: Path) -> PointCloud:
-    """Return the cloud that contacts were found on, looked up where the contacts file says, then beside it.
+    """Return the cloud that contacts were found on.
 
     Raises
     ------
     InputError
-        If it is not there any more, or is another cloud.
+        If its file is not found, or holds other points.
     """
-    from drake_aerial.scene.recorded_scan import read_recorded_scan
+    from drake_aerial.contacts.scan_lookup import find_scan
 
-    given = solutions.cloud.get("path")
-    if not given:
+    try:
+        return find_scan(solutions.cloud, folder)
+    except InputError as error:
         raise InputError(
-            "the contacts were found on a cloud without a file; view them when they are made (--html)"
-        )
-    candidates: Sequence[str | Path] = (given, folder / given, folder / Path(given).name)
-    for candidate in candidates:
-        if os.path.isfile(candidate):
-            return read_recorded_scan(solutions.cloud, candidate)
-    raise InputError(f"the contacts' cloud {given} is not there; put it beside the contacts file")
+            f"{error}; put the scan beside contacts.json, or write the page with the contacts "
+            "(`write_contacts_page`, drake-aerial transfer --html)"
+        ) from error
 
 
 def _schema(path: Path) -> str | None:
@@ -235,8 +231,8 @@ def _schema(path: Path) -> str | None:
         if "schema" in arrays:
             return str(arrays["schema"])
         # A trial keeps its schema inside its metrics document.
-        return str(json.loads(str(arrays["metrics"]))["schema"]) if "metrics" in arrays else None
-    except (InputError, ValueError, TypeError, KeyError, RecursionError):
+        return str(mapping_from_json(str(arrays["metrics"]), "metrics")["schema"])
+    except (InputError, KeyError):
         return None
 
 

@@ -1,4 +1,4 @@
-"""Scans of boxes for the tests: sampled in numpy alone, independently of the package's own samplers."""
+"""Scans of boxes for the tests, sampled in NumPy alone, not by the package's samplers."""
 
 import numpy as np
 
@@ -35,7 +35,7 @@ def box_cloud(size, seed=0, spacing=0.01, view="full", noise=0.0):
 
 
 def box_demonstration(size, site=(0.0, 0.0), view="full", **options):
-    """Return a demonstration with one gripper on the top face, `site` in parts of the half sizes."""
+    """Return a demonstration with one gripper on the top face, `site` in half sizes."""
     position = [0.5 * size[0] * site[0], 0.5 * size[1] * site[1], 0.5 * size[2]]
     return Demonstration.make(
         box_cloud(size, seed=100, view=view), [position], name="box", **options

@@ -1,4 +1,4 @@
-"""Skills with one to three grippers and their transfers to boxes, for the tests of the refinement."""
+"""Skills with one to three grippers and their transfers to boxes, for the tests."""
 
 from functools import cache
 
@@ -35,7 +35,7 @@ CABLES = {
 
 
 @cache
-def taught(n, axial=True, leaning=False):
+def learnt_skill(n, axial=True, leaning=False):
     cloud = box_cloud(SIZE, seed=100)
     options = {"cable_directions": np.array(CABLES[n], float)} if leaning else {}
     demonstration = Demonstration.make(cloud, np.array(CORNERS[n]), name=f"{n} grippers", **options)
@@ -45,4 +45,4 @@ def taught(n, axial=True, leaning=False):
 @cache
 def transferred(n, method="task", axial=True, leaning=False):
     cloud = box_cloud([0.68, 0.68, 0.28], seed=1, noise=0.0005)
-    return transfer(taught(n, axial, leaning), cloud, method=method, top=3, parameters=FAST)
+    return transfer(learnt_skill(n, axial, leaning), cloud, method=method, top=3, parameters=FAST)

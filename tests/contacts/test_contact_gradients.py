@@ -19,7 +19,7 @@ from drake_aerial.geometry import (
     quat_from_xz,
     quat_multiply,
 )
-from tests.contacts.formations import taught, transferred
+from tests.contacts.formations import learnt_skill, transferred
 
 STEP = 1e-6
 
@@ -33,8 +33,8 @@ def disturbed(X_SG, rng, size=0.02, angle=0.3):
 
 def program_at(n, rng, **kinds):
     solutions = transferred(n, **kinds)
-    skill = taught(n, kinds.get("axial", True), kinds.get("leaning", False))
-    return ContactProgram(skill, solutions.evidence, disturbed(solutions[0].X_SG, rng))
+    skill = learnt_skill(n, kinds.get("axial", True), kinds.get("leaning", False))
+    return ContactProgram(skill, solutions.query, disturbed(solutions[0].X_SG, rng))
 
 
 def point(program, binding, rng):
@@ -97,11 +97,11 @@ def test_every_cost_and_constraint_against_finite_differences(n, kinds):
 @pytest.mark.parametrize(("n", "kinds"), CASES, ids=lambda value: str(value))
 def test_costs_are_the_log_likelihood(n, kinds):
     rng = np.random.default_rng(10 + n)
-    program, evidence = program_at(n, rng, **kinds), transferred(n, **kinds).evidence
+    program, query = program_at(n, rng, **kinds), transferred(n, **kinds).query
     X_SG = disturbed(transferred(n, **kinds)[0].X_SG, rng)
     x = np.hstack([X_SG.p, X_SG.q]).ravel()
-    X_NG = invert(evidence.X_SN) @ X_SG
-    expected = float(evidence.likelihood(Pose(X_NG.p[None], X_NG.q[None]))[0])
+    X_NG = invert(query.scan.X_SN) @ X_SG
+    expected = float(query.likelihood(Pose(X_NG.p[None], X_NG.q[None]))[0])
     assert program.log_likelihood(x) == pytest.approx(expected, abs=1e-6)
     prog = program.prog()
     prog.SetInitialGuess(program.gripper_variables(), x)
@@ -117,7 +117,7 @@ def test_costs_are_the_log_likelihood(n, kinds):
 
 @pytest.mark.parametrize("axial", [True, False])
 def test_formation_frames_are_those_of_the_configuration_model(axial):
-    configuration, rng = taught(3, axial=axial).configuration, np.random.default_rng(0)
+    configuration, rng = learnt_skill(3, axial=axial).configuration, np.random.default_rng(0)
     for _ in range(5):
         X_NG = disturbed(transferred(3, axial=axial)[0].X_SG, rng, 0.1, 0.5)
         frame = FormationFrames(configuration)(X_NG)

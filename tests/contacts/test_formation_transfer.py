@@ -9,7 +9,7 @@ import trimesh
 from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.contacts.likelihood.contact_likelihood import ScalePrior
 from drake_aerial.contacts.transfer import transfer
-from drake_aerial.contacts.votes.scan_cuts import Cuts
+from drake_aerial.contacts.votes.scan_cuts import ScanCuts
 from drake_aerial.features.horizontal_hull import HorizontalHull
 from drake_aerial.features.surface_features import compute_features
 from drake_aerial.geometry import Pose, invert, quat_about_axis, transform
@@ -19,7 +19,7 @@ from drake_aerial.skill.learn import learn
 from tests.contacts.box_scans import box_cloud
 from tests.contacts.formations import FAST
 
-ARMS = ("task", "control", "kopicki")
+COMPARED = ("task", "control", "kopicki")
 SIDE = 0.32 * np.sqrt(3.0)
 
 
@@ -56,19 +56,18 @@ def test_three_grippers_on_a_triangle_of_another_size(scale):
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_votes_of_a_triangle_agree_on_the_middle_of_a_box(seed):
-    # No edge of a triangle lies along a box's second one: the ends of an edge have to say where its middle is.
+    # No edge of a triangle is parallel to a box's second one: the ends of an edge fix its middle.
     cloud = box_cloud([1.0, 0.8, 0.3], seed, spacing=0.012)
-    evidence = transfer(skill("formation"), cloud, seed=seed, parameters=FAST).evidence
-    x, y, yaw = evidence.votes.density.mode
-    np.testing.assert_allclose(transform(evidence.X_SN, [x, y, 0.0])[:2], 0, atol=0.025)
+    query = transfer(skill("formation"), cloud, seed=seed, parameters=FAST).query
+    votes = query.likelihood.votes
+    x, y, yaw = votes.density.mode
+    np.testing.assert_allclose(transform(query.scan.X_SN, [x, y, 0.0])[:2], 0, atol=0.025)
     angle = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
     beside = np.array([x, y, 0.0]) + 0.15 * np.column_stack(
         [np.cos(angle), np.sin(angle), 0.0 * angle]
     )
-    drop = evidence.votes.density.log_density([x, y, yaw]) - evidence.votes.log_density(
-        beside, np.full(12, yaw)
-    )
-    # A hill, no ridge: 15 cm off, in any direction, less than half agree.
+    drop = votes.density.log_density([x, y, yaw]) - votes.log_density(beside, np.full(12, yaw))
+    # The mode is a hill, not a ridge: 15 cm off in any direction V is less than half as large.
     assert drop.min() > np.log(2.0)
 
 
@@ -96,7 +95,7 @@ def test_grippers_in_line_scale_with_the_length_along_them():
     long, short = rectangle(1.4, 0.1), rectangle(1.0, 0.1)
     along = ScalePrior.of_hulls(long, short, 0.0, line)
     assert np.exp(along.log_mean) == pytest.approx(1.4, rel=0.02)
-    # A regular formation looks in all directions alike.
+    # A regular formation weights all directions alike.
     even, plain = (
         ScalePrior.of_hulls(long, short, 0.3, triangle),
         ScalePrior.of_hulls(long, short, 0.3),
@@ -116,10 +115,10 @@ def test_cuts_do_not_shrink_a_formation():
     layout = skill("formation").configuration.X_FG.p
     assert ScalePrior.of_hulls(left, whole, 0.0, layout).log_mean < -0.05
     for yaw in (0.0, 8.0, -8.0):
-        prior = ScalePrior.of_hulls(left, whole, np.deg2rad(yaw), layout, Cuts(flags))
+        prior = ScalePrior.of_hulls(left, whole, np.deg2rad(yaw), layout, ScanCuts(flags))
         assert prior.log_mean == pytest.approx(0.0, abs=0.03)
     # Turned by a quarter, what is wide now was long.
-    turned = ScalePrior.of_hulls(left, whole, 0.5 * np.pi, layout, Cuts(flags))
+    turned = ScalePrior.of_hulls(left, whole, 0.5 * np.pi, layout, ScanCuts(flags))
     assert turned.log_mean == pytest.approx(np.log(0.61 / 0.68), abs=0.03)
 
 
@@ -129,19 +128,19 @@ def test_beams_that_end_in_a_cut_are_found():
     points = features.p[features.p[:, 0] < features.p[:, 0].max() - 0.17]
     for p, count in ((features.p, 0), (points, 3)):
         found = compute_features(PointCloud.read(p))
-        cuts = Cuts.find(found, HorizontalHull.of_points(found.p), None)
+        cuts = ScanCuts.find(found, HorizontalHull.of_points(found.p), None)
         assert cuts.flags.sum() >= count
         assert bool(cuts) == (count > 0)
         assert not cuts.towards([-0.5, np.sqrt(0.75)])
-    np.testing.assert_allclose(np.abs(cuts.along()), [1.0, 0.0], atol=0.1)
+    np.testing.assert_allclose(np.abs(cuts.axis()), [1.0, 0.0], atol=0.1)
 
 
 def test_control_expects_the_size_that_task_expects():
-    # The arms differ in the votes alone: on a triangle of another size both know the size from the hulls.
+    # The methods differ in the votes alone: both read the size of the triangle off the hulls.
     cloud, _ = hollow_triangle(1.4, yaw=0.3)
     priors = {
-        m: transfer(skill("formation"), cloud, method=m, parameters=FAST).evidence.likelihood.prior
-        for m in ARMS
+        m: transfer(skill("formation"), cloud, method=m, parameters=FAST).query.likelihood.prior
+        for m in COMPARED
     }
     assert np.exp(priors["task"].log_mean) == pytest.approx(1.4, rel=0.01)
     assert np.exp(priors["control"].log_mean) == pytest.approx(1.4, rel=0.01)

@@ -22,7 +22,7 @@ THREE = np.array([[0.22, 0.0, TOP], [-0.14, 0.2, TOP], [-0.14, -0.2, TOP]])
 
 
 def written_reasons(path, positions, cloud=None, parameters=FAST, **options):
-    """Return what the file says of the likeliest solution, and check that it is called infeasible."""
+    """Return the reasons in the file against the likeliest solution; check it is infeasible."""
     demonstration = Demonstration.make(box_cloud(SIZE, seed=100), positions, name="case", **options)
     cloud = box_cloud(SIZE, seed=2, noise=0.0005) if cloud is None else cloud
     transfer(learn(demonstration), cloud, top=2, parameters=parameters).write(path)

@@ -1,4 +1,4 @@
-"""Transfer on boxes: where contacts go, what they follow, what they do not depend on, and what is refused."""
+"""Transfer on boxes: accuracy, invariances, methods, options and errors."""
 
 import json
 from dataclasses import replace
@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from drake_aerial.choices import METHODS
 from drake_aerial.cloud.point_cloud import PointCloud
-from drake_aerial.contacts import transfer as transfer_module
-from drake_aerial.contacts.parameters import METHODS, TransferParameters
+from drake_aerial.contacts import prepare_query
+from drake_aerial.contacts.parameters import TransferParameters
 from drake_aerial.contacts.transfer import transfer
 from drake_aerial.density.grid_density import GridDensity
 from drake_aerial.errors import InputError, JobError
@@ -75,8 +76,9 @@ def test_off_centre_demonstration_goes_to_the_corresponding_site(site):
 
 def test_top_view_to_full_view_and_back(skill, cloud):
     top = learn(box_demonstration(SIZE, view="top"))
-    for taught, scan in ((top, cloud), (skill, box_cloud([0.45, 0.35, 0.25], seed=2, view="top"))):
-        solutions = run(taught, scan)
+    full_to_top = (skill, box_cloud([0.45, 0.35, 0.25], seed=2, view="top"))
+    for learnt, scan in ((top, cloud), full_to_top):
+        solutions = run(learnt, scan)
         assert np.linalg.norm(solutions[0].X_SG.p[0] - [0, 0, 0.125]) < 0.025
 
 
@@ -109,7 +111,7 @@ def test_same_seed_same_bytes_other_seed_other_solutions(skill, cloud):
 
 
 class NoVotes:
-    """Votes that say nothing: the same density everywhere."""
+    """Votes of the same density everywhere."""
 
     def log_density(self, X_NG):
         return np.zeros(np.shape(X_NG.p)[:-1])
@@ -121,7 +123,7 @@ def test_kopicki_is_the_paper_with_votes_off(skill, cloud, monkeypatch):
         without_timing(run(skill, cloud, "paper"))["solutions"]
         != without_timing(kopicki)["solutions"]
     )
-    monkeypatch.setattr(transfer_module, "paper_votes", lambda *_: NoVotes())
+    monkeypatch.setattr(prepare_query, "paper_votes", lambda *_: NoVotes())
     off = run(skill, cloud, "paper")
     assert without_timing(off)["solutions"] == without_timing(kopicki)["solutions"]
 
@@ -174,18 +176,13 @@ def test_several_grippers_keep_their_layout():
     np.testing.assert_allclose(sides, expected, atol=0.06)
 
 
-def test_keeps_what_pictures_need(skill, cloud):
-    evidence = run(skill, cloud).evidence
-    n = len(evidence.features)
-    assert (
-        evidence.log_query().shape
-        == evidence.log_votes().shape
-        == evidence.log_surface().shape
-        == (n,)
-    )
-    hottest = evidence.features_S.p[np.argmax(evidence.log_surface())]
+def test_keeps_the_densities_for_pictures(skill, cloud):
+    query = run(skill, cloud).query
+    n = len(query.scan.features)
+    assert query.log_query().shape == query.log_votes().shape == query.log_surface().shape == (n,)
+    hottest = query.scan.features_S.p[np.argmax(query.log_surface())]
     assert np.linalg.norm(hottest - [0, 0, 0.125]) < 0.04
-    p, weights = evidence.votes_S()
+    p, weights = query.votes_S()
     assert len(p) == len(weights) == 1000 * 50
 
 

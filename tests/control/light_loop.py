@@ -1,4 +1,4 @@
-"""A light closed loop: payload model, rigid quadrotor attitudes, a 50 Hz sensor, and any controller."""
+"""A light closed loop: payload model, rigid attitudes, a 50 Hz sensor, and any controller."""
 
 import numpy as np
 from pydrake.common.value import AbstractValue
@@ -8,15 +8,16 @@ from pydrake.systems.primitives import ConstantValueSource, ZeroOrderHold
 from scipy.spatial.transform import Rotation
 
 from drake_aerial.control.attitude import AttitudeController
-from drake_aerial.dynamics.payload_model import PayloadState, integrate
+from drake_aerial.dynamics.payload_model import PayloadState
 from drake_aerial.geometry import cross, quat_from_matrix
 from tests.control.test_allocation import CROSS
+from tests.dynamics.integration import integrate
 
 QUADROTOR_INERTIA = np.diag([6e-4, 5e-4, 1e-3])
 
 
 class LightPlant(LeafSystem):
-    """Discrete plant: quadrotors as rigid bodies in attitude, as the model's point masses in position."""
+    """Discrete plant: the payload model, with the attitudes of rigid quadrotors."""
 
     def __init__(self, model, x, propellers, step):
         super().__init__()
@@ -25,7 +26,7 @@ class LightPlant(LeafSystem):
         self.x, self.R_WQ, self.W_Q = x, np.tile(np.eye(3), (n, 1, 1)), np.zeros((n, 3))
         self.log = {"t": [], "p": [], "v": [], "R": [], "T": [], "x": []}
         self.DeclareVectorInputPort("commands", 4 * n)
-        # The plant's state is kept beside the context: this one is for a single simulation in a test.
+        # The plant's state is not in the context: this plant is for a single simulation.
         self.DeclareDiscreteState(1)
         self.DeclarePeriodicDiscreteUpdateEvent(step, 0.0, self._advance)
         for name, size in (
@@ -132,8 +133,8 @@ def fly(
 ):
     """Simulate; return the log as arrays, with the reference's position beside the payload's.
 
-    Without a `sensor_period` the controller reads the exact state of the moment. The attitude loop's commands are new at every step, or
-    held for the time `hold`.
+    Without a `sensor_period` the controller reads the exact state. The attitude loop's commands are
+    new at every step, or held for the time `hold`.
     """
     n = truth.n
     propellers = propellers or [CROSS] * n
@@ -160,9 +161,8 @@ def fly(
     )
     commands = attitude.GetOutputPort("propeller_commands")
     if hold is not None:
-        held = builder.AddSystem(
-            ZeroOrderHold(hold, 4 * n, step)
-        )  # a step after the controller's tick at 0
+        # One step after the control step at 0.
+        held = builder.AddSystem(ZeroOrderHold(hold, 4 * n, step))
         builder.Connect(commands, held.get_input_port())
         commands = held.get_output_port()
     builder.Connect(commands, plant.GetInputPort("commands"))

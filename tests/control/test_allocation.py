@@ -65,9 +65,9 @@ def test_thrust_makes_room_for_roll_and_pitch():
 
 
 def test_bad_propellers_are_refused():
-    with pytest.raises(InputError, match="four propellers"):
+    with pytest.raises(InputError, match="`p_QR` and `moment_ratio` must be"):
         Allocation(np.zeros((3, 3)), 1e-8, np.ones(3), 0.0, 1.0)
-    with pytest.raises(InputError, match="min_rpm < max_rpm"):
+    with pytest.raises(InputError, match=r"`min_rpm` must be in \[0, max_rpm\)"):
         Allocation(CROSS.p_QR, 1e-8, CROSS.moment_ratio, 2.0, 1.0)
     with pytest.raises(InputError, match="independently"):
         Allocation(CROSS.p_QR, 1e-8, np.ones(4), 0.0, 1.0)

@@ -53,7 +53,7 @@ def test_the_law_for_several_quadrotors():
 
 
 def test_a_quadrotor_turns_to_its_thrust_vector_from_anywhere():
-    """Closed loop of rigid-body rotation: from random attitudes to the commanded axis within two seconds."""
+    """Closed loop of a rigid body: from random attitudes to the commanded axis within 2 s."""
     rng = np.random.default_rng(3)
     system = AttitudeController([CROSS], np.diag([6e-4, 5e-4, 1e-3]))
     inertia = np.diag([6e-4, 5e-4, 1e-3])
@@ -98,6 +98,5 @@ def test_an_evaluation_is_fast_enough_for_500_hz():
         begin = time.perf_counter()
         port.Eval(context)
         seconds.append(time.perf_counter() - begin)
-    assert (
-        np.median(seconds) < 2e-4
-    )  # about 2.5e-5 on an idle core; the bound only catches a change of kind
+    # About 2.5e-5 s on an idle core; the bound catches changes by an order of magnitude.
+    assert np.median(seconds) < 2e-4

@@ -1,4 +1,4 @@
-"""Led motors against the first-order response that is asked of them, and against the margins of the attitude loop."""
+"""Compensated motors against the desired first-order response, and the attitude loop's margins."""
 
 import numpy as np
 import pytest
@@ -70,5 +70,5 @@ def test_the_tables_attitude_loop_bears_a_lag_of_rate_gain_over_rotation_gain():
 
 @pytest.mark.parametrize("bad", [{"time_constant": 0.0}, {"period": -1.0}, {"response": np.nan}])
 def test_impossible_times_are_refused(bad):
-    with pytest.raises(InputError, match=next(iter(bad)).replace("_", " ")):
+    with pytest.raises(InputError, match=f"`{next(iter(bad))}` must be"):
         MotorLead([CROSS], **{"time_constant": 0.05, "period": STEP, **bad})

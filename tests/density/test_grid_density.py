@@ -82,7 +82,7 @@ def test_best_of_last_counts_votes_together_only_where_they_agree():
     assert together.log_density(np.zeros((4, 2))).shape == (4,)
 
 
-def test_of_the_coordinates_left_after_the_last_each_keeps_its_kind():
+def test_coordinates_other_than_the_last_stay_periodic_or_not():
     periodic, upper = [True, False, True], [2 * np.pi, 0.3, 2 * np.pi]
     args = ([0.35, 0.05, 0.35], [0.0, -0.3, 0.0], upper, periodic)
     density = GridDensity(np.array([[6.1, -0.25, 1.0]]), np.ones(1), *args, best_of_last=True)
@@ -105,17 +105,18 @@ def test_one_vote_is_one_gaussian_where_it_fell():
     expected = -0.5 * np.sum((offset / sigma) ** 2, axis=1) - np.log(
         np.prod(np.sqrt(2 * np.pi) * sigma)
     )
-    # Sharing a vote among a cell's corners widens it by a part of a cell, of which there are four to a bandwidth.
+    # Sharing a vote among the corners of a cell widens it by less than a cell (a quarter sigma).
     np.testing.assert_allclose(density.log_density(vote + offset), expected, atol=0.08)
     assert np.all(np.abs(density.mode - vote) < 0.6 * sigma / 4)
-    # The middle is the vote itself, not a grid point: there the slope vanishes, and half a bandwidth off it is that of a Gaussian.
+    # The maximum is at the vote, not at a grid point: the slope vanishes there, and half a
+    # bandwidth away it is that of a Gaussian.
     slopes = [
         density.log_density_and_gradient(vote + s * sigma)[1] * sigma for s in (-0.5, 0.0, 0.5)
     ]
     np.testing.assert_allclose(slopes, np.outer([0.5, 0.0, -0.5], np.ones(3)), atol=0.03)
 
 
-def test_angles_go_round():
+def test_angles_wrap_around():
     rng = np.random.default_rng(3)
     votes = np.column_stack([rng.uniform(-0.2, 0.2, (40, 2)), rng.uniform(-0.3, 0.3, 40)])
     density = GridDensity(votes, np.ones(40), *UNEVEN)

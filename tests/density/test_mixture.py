@@ -1,4 +1,4 @@
-"""Sums of kernels against sums one by one, and what they take and refuse."""
+"""Sums of many kernels against sums one by one, weights, blocks, overflow and underflow."""
 
 import numpy as np
 import pytest
@@ -22,9 +22,9 @@ def test_weights_are_scaled_and_uniform_by_default():
 @pytest.mark.parametrize(
     ("weights", "count", "message"),
     [
-        (None, 0, "a density has no kernels"),
-        ([1.0, 1.0], 3, r"weights should be of shape \(3,\) but got \(2,\)"),
-        ([[1.0]], 1, "weights should be of shape"),
+        (None, 0, "a density must have at least one kernel"),
+        ([1.0, 1.0], 3, r"`weights` must be of shape \(3,\), got \(2,\)"),
+        ([[1.0]], 1, "`weights` must be of shape"),
         ([1.0, -1e-9], 2, "not negative"),
         ([1.0, np.inf], 2, "finite"),
         ([0.0, 0.0], 2, "not all zero"),

@@ -75,7 +75,7 @@ def test_gradients_equal_finite_differences(axial):
 
 @pytest.mark.parametrize("axial", [False, True])
 def test_samples_follow_the_density(axial):
-    # E[f / g] over samples of g is the integral of f, here one, for another density f of narrower kernels.
+    # E[f / g] over samples of g is the integral of f: one, for a density f of narrower kernels.
     rng = np.random.default_rng(4)
     wide = make(rng, n=4, axial=axial, sigma_p=0.06, sigma_q=0.7)
     narrow = PoseDensity(wide.kernels_at, wide.weights, sigma_p=0.04, sigma_q=0.5, axial=axial)

@@ -2,11 +2,12 @@ import numpy as np
 import pytest
 
 from drake_aerial.dynamics.flatness import ReferenceTable, disturbed
-from drake_aerial.dynamics.payload_model import PayloadState, derivative, integrate
+from drake_aerial.dynamics.payload_model import PayloadState, derivative
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
 from drake_aerial.references.trajectory import HoverTrajectory, TransportTrajectory
 from drake_aerial.statics.gravity import GRAVITY
 from tests.control.payload_cases import random_model
+from tests.dynamics.integration import integrate
 
 INERTIA = np.diag([0.006, 0.0059, 0.0107])
 THREE = [[-0.154, -0.267, 0.011], [0.308, 0.0, 0.011], [-0.154, 0.267, 0.011]]
@@ -86,7 +87,7 @@ def test_three_cables_share_the_weight_as_statics_demands():
 
 
 def test_the_reference_of_three_cables_is_flown_by_its_own_input():
-    """Open loop from the reference's state: the model with u_ref stays on the circle, forces and all."""
+    """Open loop from the reference's state: the model with u_ref stays on the reference."""
     model = PayloadModelParameters(
         0.25, INERTIA, THREE, quadrotor_mass=[0.2, 0.25, 0.3], cable_length=[0.4, 0.5, 0.6]
     )

@@ -1,18 +1,22 @@
-"""The observer against statics and against the model pushed by known forces; the MPC with it leaves no offset."""
+"""The observer against statics and the model under known forces; the MPC with it has no offset."""
+
+import warnings
 
 import numpy as np
 import pytest
 
+from drake_aerial.control.controller_parameters import MpcParameters
 from drake_aerial.control.mpc.payload_mpc import PayloadMpc
-from drake_aerial.dynamics.payload_model import derivative, integrate
+from drake_aerial.dynamics.payload_model import derivative
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
-from drake_aerial.estimation.disturbance_observer import DisturbanceObserver
+from drake_aerial.estimation.disturbance_observer import DisturbanceObserver, ObserverMemory
 from drake_aerial.estimation.observation import PositionFilter, observe
 from drake_aerial.references.trajectory import HoverTrajectory
 from drake_aerial.statics.gravity import GRAVITY
+from tests.control.control_steps import control_step, fix_inputs, port_values
 from tests.control.light_loop import fly, hanging
 from tests.control.payload_cases import random_model, random_state
-from tests.control.ticks import port_values
+from tests.dynamics.integration import integrate
 
 INERTIA = np.diag([0.006, 0.0059, 0.0107])
 CENTRED = [[0.0, 0.0, 0.14]]
@@ -20,47 +24,52 @@ THREE = [[-0.154, -0.267, 0.011], [0.308, 0.0, 0.011], [-0.154, 0.267, 0.011]]
 HOVER = HoverTrajectory(start=(0.0, 0.0, 1.0))
 
 
-def seen(model, x, z):
-    return observe(*port_values(model, x))._replace(z_WQ=z)
+def initial(n):
+    return ObserverMemory.unpack(np.zeros(ObserverMemory.size(n)))
 
 
-def watch(observer, model, x, thrust, ticks=400):
-    """What the observer says of a state that stays as it is."""
-    memory = np.zeros(observer.size(model.n))
+def observed(model, x, thrust):
     z = thrust / np.linalg.norm(thrust, axis=1, keepdims=True)
-    for _ in range(ticks):
-        found = observer.step(model, memory, seen(model, x, z), thrust, 0.02)
+    return observe(*port_values(model, x, z))
+
+
+def disturbance_at(observer, model, x, thrust, steps=400):
+    """The estimate after so many steps in a constant state."""
+    memory, observation = initial(model.n), observed(model, x, thrust)
+    for _ in range(steps):
+        found, memory = observer.step(model, memory, observation, thrust, 0.02)
     return found
 
 
-def test_a_hanging_load_that_is_pushed_aside_is_understood():
-    # By hand: the cable points along weight plus push, the thrust carries both, the quadrotor's weight and its own push.
+def test_pushes_on_a_hanging_load_are_found():
+    # By hand: the cable points along weight plus push. The thrust carries both, the quadrotor's
+    # weight and its push.
     model = PayloadModelParameters(0.25, INERTIA, CENTRED)
     on_payload, on_quadrotor = np.array([0.4, -0.3, 0.1]), np.array([0.05, 0.06, 0.0])
     pull = on_payload - [0.0, 0.0, 0.25 * GRAVITY]
     xi = pull / np.linalg.norm(pull)
     thrust = np.array([0.0, 0.0, 0.25 * GRAVITY]) - pull - on_quadrotor
-    found = watch(
+    found = disturbance_at(
         DisturbanceObserver(),
         model,
         hanging(model, [0, 0, 1])._replace(xi=xi[None, None]),
         thrust[None],
     )
-    # What pushes along the cable is the payload's, wherever it pushes.
+    # A push along the cable counts as one on the payload.
     along = xi * (xi @ on_quadrotor)
     np.testing.assert_allclose(found.on_quadrotors[0], on_quadrotor - along, atol=1e-6)
     np.testing.assert_allclose(found.force, on_payload + along, atol=1e-6)
-    # Upright while the cable is not: the lever of the pull is what a moment must make up for.
+    # The payload is upright and the cable is not: a moment balances the pull.
     np.testing.assert_allclose(
         found.moment, np.cross([0.0, 0.0, 0.14], np.linalg.norm(pull) * xi), atol=5e-3
     )
 
 
-def test_it_takes_its_time():
+def test_the_estimate_follows_with_its_time_constant():
     model = PayloadModelParameters(0.25, INERTIA, CENTRED)
     thrust = np.array([[0.0, 0.0, model.weight + 0.2]])
     observer = DisturbanceObserver(time=0.5)
-    found = watch(observer, model, hanging(model, [0, 0, 1]), thrust, ticks=26)
+    found = disturbance_at(observer, model, hanging(model, [0, 0, 1]), thrust, steps=26)
     np.testing.assert_allclose(found.force, [0, 0, -0.2 * (1 - np.exp(-1.0))], atol=1e-9)
 
 
@@ -71,19 +80,19 @@ def test_pushes_are_found_in_motion(n):
     x = x._replace(R=np.eye(3)[None])
     wrench = np.array([0.3, -0.2, 0.25, 0.02, -0.01, 0.015])
     observer = DisturbanceObserver(time=1e-9, moment_time=1e-9, lever=1.0, share=5.0)  # at once
-    memory, thrust = np.zeros(observer.size(n)), x.F[0]
-    z = thrust / np.linalg.norm(thrust, axis=1, keepdims=True)
-    h = 1e-3
-    observer.step(model, memory, seen(model, x, z), thrust, h)
+    thrust, h = x.F[0], 1e-3
+    _, memory = observer.step(model, initial(n), observed(model, x, thrust), thrust, h)
     x = pushed_step(model, x, thrust[None], h, wrench)
-    found = observer.step(model, memory, seen(model, x, z), thrust, h)
+    # The quadrotors keep their attitude.
+    after = observed(model, x, thrust)
+    found, _ = observer.step(model, memory, after, thrust, h)
     np.testing.assert_allclose(found.force, wrench[:3], atol=2e-2)
     np.testing.assert_allclose(found.moment, wrench[3:], atol=2e-3)
     np.testing.assert_allclose(found.on_quadrotors, 0.0, atol=2e-2)
 
 
 def pushed_step(model, x, u, h, wrench):
-    """One step of the model under a wrench: the model's own flow and, to first order in h, what the wrench adds."""
+    """One step of the model under a wrench, whose effect is added to first order in h."""
     free, pushed = derivative(model, x, u), derivative(model, x, u, wrench)
     y = integrate(model, x, u, h)
     return y._replace(
@@ -93,14 +102,16 @@ def pushed_step(model, x, u, h, wrench):
     )
 
 
-def test_nothing_is_observed_where_nothing_pushes_and_limits_hold():
+def test_the_estimate_is_zero_without_pushes_and_limited_under_large_ones():
     model = PayloadModelParameters(0.25, INERTIA, CENTRED)
     x, weight = hanging(model, [0, 0, 1]), model.weight
-    calm = watch(DisturbanceObserver(), model, x, np.array([[0.0, 0.0, weight]]))
+    calm = disturbance_at(DisturbanceObserver(), model, x, np.array([[0.0, 0.0, weight]]))
     assert max(np.abs(part).max() for part in calm) < 1e-12
-    much = watch(DisturbanceObserver(share=0.3), model, x, np.array([[0.0, 0.0, 3 * weight]]))
+    much = disturbance_at(
+        DisturbanceObserver(share=0.3), model, x, np.array([[0.0, 0.0, 3 * weight]])
+    )
     np.testing.assert_allclose(much.force, [0, 0, -0.3 * 0.25 * GRAVITY])
-    lost = watch(
+    lost = disturbance_at(
         DisturbanceObserver(),
         model,
         x._replace(v=np.full((1, 3), np.nan)),
@@ -110,7 +121,8 @@ def test_nothing_is_observed_where_nothing_pushes_and_limits_hold():
 
 
 def last_error(truth, belief, observer, seconds):
-    controller = PayloadMpc(belief, observer=observer, position_filter=PositionFilter(0.0))
+    parameters = MpcParameters(observer=observer, position_filter=PositionFilter(0.0))
+    controller = PayloadMpc(belief, parameters)
     log = fly(controller, truth, hanging(truth, HOVER.start), HOVER, seconds)
     return log["error"][-125:].max()
 
@@ -131,8 +143,45 @@ def test_a_wrong_centre_of_mass_leaves_no_offset():
     assert last_error(truth, belief, DisturbanceObserver(), 9.0) < 0.005
 
 
-def test_what_it_remembers_is_in_the_context():
-    belief = PayloadModelParameters(0.25, INERTIA, THREE)
-    plain, watching = PayloadMpc(belief), PayloadMpc(belief, observer=DisturbanceObserver())
-    sizes = [c.CreateDefaultContext().num_total_states() for c in (plain, watching)]
-    assert sizes[1] - sizes[0] == DisturbanceObserver.size(3)
+def test_an_estimate_at_a_limit_is_visible():
+    model = PayloadModelParameters(0.25, INERTIA, CENTRED)
+    x, weight = hanging(model, [0, 0, 1]), model.weight
+    for surplus, limited in ((0.1, False), (3.0, True)):
+        thrust = np.array([[0.0, 0.0, weight + surplus * 0.25 * GRAVITY]])
+        assert disturbance_at(DisturbanceObserver(), model, x, thrust).limited is limited
+
+
+def test_the_mpc_warns_once_and_counts_the_steps_at_a_limit():
+    truth = PayloadModelParameters(0.3, INERTIA, CENTRED)
+    belief = PayloadModelParameters(0.25, INERTIA, CENTRED)
+    parameters = MpcParameters(
+        observer=DisturbanceObserver(share=0.1), position_filter=PositionFilter(0.0)
+    )
+    controller = PayloadMpc(belief, parameters)
+    x = hanging(truth, HOVER.start)
+    thrust = np.array([[0.0, 0.0, truth.weight]])
+    context = controller.CreateDefaultContext()
+    counts = []
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        for k in range(100):
+            # The load hangs still under the thrust that its true mass needs.
+            controller.set_thrusts(context, thrust)
+            context.SetTime(0.02 * k)
+            fix_inputs(controller, context, truth, x, HOVER)
+            control_step(controller, context)
+            counts.append(controller.GetOutputPort("diagnostics").Eval(context)[4])
+    # The estimate reaches the limit at half of its final value, after 0.5 s log 2: 18 steps.
+    assert counts[16] == 0.0
+    assert counts[-1] == pytest.approx(81, abs=2)
+    assert [str(w.message) for w in caught if "limited since" in str(w.message)] == [
+        str(caught[0].message)
+    ]
+    assert "`share` = 0.1" in str(caught[0].message)
+
+
+def test_a_memory_comes_back_from_its_vector():
+    values = np.random.default_rng(0).normal(size=ObserverMemory.size(2))
+    memory = ObserverMemory.unpack(values)
+    assert memory.quadrotors.shape == (4, 2, 3)
+    np.testing.assert_array_equal(memory.pack(), values)

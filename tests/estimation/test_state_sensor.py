@@ -9,7 +9,7 @@ from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 
 from drake_aerial import geometry
 from drake_aerial.errors import InputError
-from drake_aerial.estimation.state_sensor import PayloadPerception
+from drake_aerial.estimation.state_sensor import StateSensor
 from drake_aerial.plant.cable_geometry import contact_offsets
 from drake_aerial.plant.payload import Payload
 from drake_aerial.plant.payload_body import add_payload
@@ -17,8 +17,9 @@ from drake_aerial.plant.quadrotor import add_quadrotor
 from drake_aerial.plant.world import add_plant
 from drake_aerial.references.trajectory import TransportTrajectory
 from drake_aerial.simulation.flight import Flight
+from drake_aerial.simulation.flight_options import FlightOptions
 from drake_aerial.simulation.station_parameters import StationParameters
-from drake_aerial.simulation.suspended_payload import Suspension
+from drake_aerial.simulation.suspended_payload import SuspendedPayload
 
 RNG = np.random.default_rng(0)
 P_LC = RNG.normal(size=(2, 3))
@@ -36,7 +37,7 @@ QUADROTORS[[13, 14, 15, 16]] = [1, 0, 0, 0]
 
 def sampled(seed=0, duration=1.0, period=0.001, **options):
     builder = DiagramBuilder()
-    sensor = builder.AddSystem(PayloadPerception(P_LC, **options))
+    sensor = builder.AddSystem(StateSensor(P_LC, **options))
     for name, value in (("payload_state", PAYLOAD), ("quadrotor_states", QUADROTORS)):
         source = builder.AddSystem(ConstantVectorSource(value))
         builder.Connect(source.get_output_port(), sensor.GetInputPort(name))
@@ -109,19 +110,19 @@ def test_inferred_directions_carry_the_positions_noise():
 @pytest.mark.parametrize("bad", [{"noise": -0.1}, {"noise": np.nan}, {"period": 0.0}])
 def test_bad_parameters_are_refused(bad):
     with pytest.raises(InputError, match=next(iter(bad))):
-        PayloadPerception(P_LC, **bad)
+        StateSensor(P_LC, **bad)
 
 
 @pytest.mark.parametrize("dt", [0.002, 0.01])
 def test_sampled_velocities_are_those_of_the_samples_moment(dt):
-    """A payload thrown in free fall: a semi-implicit plant's own velocities are half a step behind its positions."""
+    """Free fall: a semi-implicit plant's own velocities are half a step behind its positions."""
     builder = DiagramBuilder()
     plant, _ = add_plant(builder, dt)
     body = add_payload(plant, Payload.from_box([0.3, 0.2, 0.1], 0.5)).body
     quadrotor = add_quadrotor(plant)
     plant.Finalize()
     instances = (body.model_instance(), quadrotor.model_instance)
-    sensor = builder.AddSystem(PayloadPerception([[0.0, 0.0, 0.05]], noise=0.0, time_step=dt))
+    sensor = builder.AddSystem(StateSensor([[0.0, 0.0, 0.05]], noise=0.0, time_step=dt))
     for of, instance in zip(("payload", "quadrotor"), instances, strict=True):
         many = "s" if of == "quadrotor" else ""
         builder.Connect(
@@ -145,24 +146,26 @@ def test_sampled_velocities_are_those_of_the_samples_moment(dt):
     for one, height in ((body, 50.0), (quadrotor.body, 52.0)):
         plant.SetFreeBodyPose(own, one, RigidTransform([0.0, 0.0, height]))
     simulator.AdvanceTo(1.0)
-    plain, *seen = (log.FindLog(simulator.get_context()) for log in logs)
+    plain, *samples = (log.FindLog(simulator.get_context()) for log in logs)
     t = plain.sample_times()[5:-1]
-    # The parabola through the plant's own positions; a sample is logged one period after it was taken.
+    # A parabola through the plant's positions; a sample is logged one period after it was taken.
     z = np.polynomial.Polynomial.fit(t, plain.data()[6, 5:-1], 2)
     assert plain.data()[12, 5:-1] - z.deriv()(t) == pytest.approx(
         np.full(len(t), 0.5 * 9.81 * dt), rel=1e-6
     )
-    for log in seen:
+    for log in samples:
         assert log.data()[12, 6:] == pytest.approx(z.deriv()(t), abs=1e-9)
 
 
 def test_tracking_does_not_depend_on_the_plants_step():
-    box = Suspension.hang(Payload.read("box_68x61x28"), [[0.0, 0.0, 0.14]], [[0.0, 0.0, 1.0]])
+    box = SuspendedPayload.from_contacts(
+        Payload.read("box_68x61x28"), [[0.0, 0.0, 0.14]], [[0.0, 0.0, 1.0]]
+    )
     turn = TransportTrajectory.airborne(circle_time=6.0, turns=1.0, hover_time=1.0)
     errors = []
     for dt in (0.001, 0.005):
         parameters = StationParameters(time_step=dt, noise=0.0)
-        flight = Flight(box, belief="true", trajectory=turn, parameters=parameters)
+        flight = Flight(box, FlightOptions(belief="true", trajectory=turn, parameters=parameters))
         errors.append(flight.run(seed=3).metrics["circle_position_rmse_m"])
-    # Before samples' velocities were those of their moment, five times the step cost millimetres.
+    # With velocities half a step old, a step of five times the length cost millimetres.
     assert np.ptp(errors) < 2e-4

@@ -1,7 +1,7 @@
 import pytest
 
 from drake_aerial.errors import InputError
-from drake_aerial.io.strict_yaml import check_keys, number, numbers, read_mapping
+from drake_aerial.io.strict_yaml import check_keys, numbers, read_mapping
 
 
 def test_files_that_hold_no_mapping_are_refused(tmp_path):
@@ -26,16 +26,16 @@ def test_unknown_and_missing_keys_are_named():
     with pytest.raises(
         InputError, match=r"unknown key 'mas' \(did you mean 'mass'\?\); accepted: box, mass"
     ):
-        check_keys({"box": 1, "mas": 2}, "here", required=("box",), optional=("mass",))
+        check_keys({"box": 1, "mas": 2}, required=("box",), optional=("mass",))
     with pytest.raises(InputError, match="'box' is missing"):
-        check_keys({}, "here", required=("box",))
-    check_keys({"box": 1}, "here", required=("box",), optional=("mass",))
+        check_keys({}, required=("box",))
+    check_keys({"box": 1}, required=("box",), optional=("mass",))
 
 
 @pytest.mark.parametrize("value", ["x", [1, 2], None, float("nan"), True, 10**400])
 def test_what_is_no_number_is_refused(value):
     with pytest.raises(InputError, match="a finite number"):
-        number(value, "mass")
+        numbers(value, (), "mass")
 
 
 def test_numbers_have_a_shape():
@@ -44,3 +44,13 @@ def test_numbers_have_a_shape():
         numbers([1, 2], (3,), "position")
     with pytest.raises(InputError, match="3 x 3 finite numbers"):
         numbers([1, 2, 3], (3, 3), "inertia")
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("5e3", 5000.0), ("-1.5E-3", -0.0015), (".5e1", 5.0), ("inf", float("inf")), ("1e", "1e")],
+)
+def test_numbers_without_a_point_are_numbers(tmp_path, text, value):
+    """YAML 1.1 reads 5e3 as a text."""
+    (tmp_path / "file.yaml").write_text(f"key: {text}")
+    assert read_mapping(tmp_path / "file.yaml") == {"key": value}

@@ -141,9 +141,9 @@ def test_reading_is_strict(tmp_path):
     for text, words in (
         ("box: [1, 1, 1]\nmas: 0.3\n", "unknown key 'mas' .did you mean 'mass'"),
         ("box: [1, 1, 1]\n", "'mass' is missing"),
-        ("mass: 0.3\n", "'mesh' and 'box'"),
+        ("mass: 0.3\n", "`mesh` and `box`"),
         ("box: [1, 1]\nmass: 0.3\n", "box"),
-        ("box: [1, 1, 1]\nmass: heavy\n", "mass should be a finite number, got 'heavy'"),
+        ("box: [1, 1, 1]\nmass: heavy\n", "`mass` must be a number, got 'heavy'"),
         ("mesh: none.obj\nmass: 0.3\n", "no mesh file"),
         ("box: [1, 1, 1]\nmass: 0.3\npose: {quaternion_wxyz: [1, 1, 0, 0]}\n", "norm"),
         ("- 1\n", "mapping"),

@@ -51,5 +51,5 @@ def test_reading(tmp_path):
     with pytest.raises(InputError, match="did you mean 'thrust_coefficient'"):
         QuadrotorParameters.read(path)
     path.write_text("min_rpm: 20000\n")
-    with pytest.raises(InputError, match="min_rpm is 20000"):
+    with pytest.raises(InputError, match="`min_rpm` must be < max_rpm = 16400, got 20000"):
         QuadrotorParameters.read(path)

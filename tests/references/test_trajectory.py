@@ -110,11 +110,11 @@ def test_a_file_is_read_strictly(tmp_path):
         ("radius: 1\n", "no kind"),
         ("- 1\n", "mapping"),
         ("kind: transport\ntiming: cubic\n", "quintic"),
-        ("kind: transport\nradius: wide\n", "radius must be a number"),
+        ("kind: transport\nradius: wide\n", "`radius` must be a number"),
         ("kind: line\ndisplacement: [1, 2]\n", "three finite numbers"),
-        ("kind: hover\nhover_time: -1\n", "hover_time"),
+        ("kind: hover\nhover_time: -1\n", r"`hover_time` must be in \[0, inf\)"),
         ("kind: waypoints\nwaypoints: []\n", "waypoints"),
-        ("kind: waypoints\nleg_times: [1, 2]\n", "leg_times has 2 entries for 3"),
+        ("kind: waypoints\nleg_times: [1, 2]\n", "`leg_times` must be one number or 3"),
         ("kind: [\n", "YAML"),
     ]:
         path.write_text(text)
@@ -123,7 +123,11 @@ def test_a_file_is_read_strictly(tmp_path):
         assert "\n" not in str(caught.value)
         assert str(path) in str(caught.value)
     with pytest.raises(InputError, match="transport, hover, line, waypoints"):
-        read_trajectory("circle")
+        read_trajectory("spiral")
+
+
+def test_the_transport_is_also_read_by_the_name_of_earlier_versions():
+    assert read_trajectory("circle") == read_trajectory("transport") == TransportTrajectory()
 
 
 def test_no_step_in_jerk_or_snap_where_legs_meet_but_for_the_circles_own_quintic():

@@ -89,9 +89,9 @@ def test_the_camera_projects_points_on_its_rays_to_their_pixels(model, coefficie
         ({"width": 63.5}, "width must be a whole number, got 63.5"),
         ({"depth_scale": 0.0}, "`depth_scale` must be positive, in units per metre, got 0"),
         ({"distortion": [0.1]}, "`distortion` of plumb_bob must have 4 or 5 coefficients, got 1"),
-        ({"distortion": [[0.1]]}, "distortion should be"),
+        ({"distortion": [[0.1]]}, "distortion must be"),
         ({"distortion_model": "fov"}, "must be one of plumb_bob, rational_polynomial"),
-        ({"fx": "wide"}, "fx should be a .*number, got 'wide'"),
+        ({"fx": "wide"}, "fx must be a .*number, got 'wide'"),
         ({"depth_sclae": 1000}, "unknown key 'depth_sclae'.*did you mean 'depth_scale'"),
     ],
 )
@@ -105,7 +105,7 @@ def test_impossible_intrinsics_are_refused(tmp_path, changes, message):
 def test_files_without_intrinsics_are_refused(tmp_path):
     with pytest.raises(InputError, match="no intrinsics; give width, height, fx"):
         DepthCamera.read(write(tmp_path, {"width": 64, "height": 48}))
-    with pytest.raises(InputError, match="camera matrix should be 9 finite numbers"):
+    with pytest.raises(InputError, match="camera matrix must be 9 finite numbers"):
         DepthCamera.read(write(tmp_path, MESSAGE | {"k": K[:8]}))
     with pytest.raises(InputError, match="the key 'cy' is missing"):
         DepthCamera.read(write(tmp_path, {k: v for k, v in OURS.items() if k != "cy"}))

@@ -1,11 +1,11 @@
-"""The table's box, hung by its top, and short flights with it."""
+"""Fixtures: the paper's box, suspended from its top face, and a short trajectory."""
 
 import numpy as np
 import pytest
 
 from drake_aerial.plant.payload import Payload
 from drake_aerial.references.trajectory import TransportTrajectory
-from drake_aerial.simulation.suspended_payload import Suspension
+from drake_aerial.simulation.suspended_payload import SuspendedPayload
 
 
 @pytest.fixture
@@ -16,7 +16,9 @@ def box():
 @pytest.fixture
 def hang(box):
     def make(x=0.0, y=0.0, payload=None):
-        return Suspension.hang(payload or box, np.array([[x, y, 0.14]]), [[0.0, 0.0, 1.0]])
+        return SuspendedPayload.from_contacts(
+            payload or box, np.array([[x, y, 0.14]]), [[0.0, 0.0, 1.0]]
+        )
 
     return make
 

@@ -1,16 +1,17 @@
-"""What the controllers are told, against the plant and against formulas."""
+"""Believed mass properties, against the plant and against formulas."""
 
 import numpy as np
 import pytest
 from pydrake.multibody.plant import MultibodyPlant
 
+from drake_aerial.choices import BELIEFS
 from drake_aerial.errors import InputError
 from drake_aerial.plant.cable import CableParameters, add_cable
 from drake_aerial.plant.gripper import GripperParameters, add_gripper
 from drake_aerial.plant.payload import Payload
 from drake_aerial.plant.payload_body import add_payload
 from drake_aerial.plant.quadrotor import QuadrotorParameters, add_quadrotor
-from drake_aerial.simulation.beliefs import BELIEFS, believed_model
+from drake_aerial.simulation.beliefs import believed_model
 
 SIZE = np.array([0.6, 0.4, 0.2])
 CONTACTS = np.array([[0.1, 0.05, 0.1], [-0.2, 0.1, 0.1]])
@@ -68,7 +69,7 @@ def test_below_contact_is_below_the_mean_contact():
     assert believe("below_contact", payload, scan_L=top).p_LLcm[2] == pytest.approx(0.09)
 
 
-def test_beliefs_differ_in_where_mass_is_and_in_nothing_else():
+def test_beliefs_differ_in_centre_of_mass_and_inertia_alone():
     payload = Payload.from_box(SIZE, 0.3, com=[0.1, 0.1, 0.05])
     models = [believe(b, payload) for b in BELIEFS]
     for name in (

@@ -1,4 +1,4 @@
-"""The station as Graphviz source and drawing; `dot` is played by a script, so that its presence does not matter."""
+"""The station as Graphviz source and drawing; a script stands for Graphviz's program `dot`."""
 
 import pydot
 import pytest
@@ -47,7 +47,7 @@ def test_the_source_is_a_graph_that_names_systems_and_ports(station):
     ):
         assert name in source, name
     assert "propellers_limits" not in diagram_source(station, depth=0)
-    with pytest.raises(InputError, match="depth of -1"):
+    with pytest.raises(InputError, match="`depth` must be at least 0, got -1"):
         diagram_source(station, depth=-1)
 
 
@@ -82,5 +82,5 @@ def test_a_dot_that_fails_leaves_no_file(station, dot, tmp_path):
 
 
 def test_another_suffix_is_refused(station, tmp_path):
-    with pytest.raises(InputError, match=r"\.jpeg; a name ending in \.dot"):
+    with pytest.raises(InputError, match=r"must end in \.dot, .*\.jpeg"):
         write_diagram_picture(tmp_path / "station.jpeg", station)

@@ -11,8 +11,9 @@ from drake_aerial.plant.dryden import Dryden
 from drake_aerial.plant.wind import WindParameters
 from drake_aerial.references.trajectory import HoverTrajectory
 from drake_aerial.simulation.flight import Flight
+from drake_aerial.simulation.flight_options import FlightOptions
 from drake_aerial.simulation.station_parameters import StationParameters
-from drake_aerial.simulation.suspended_payload import Suspension
+from drake_aerial.simulation.suspended_payload import SuspendedPayload
 
 G, LINK = 9.81, 2e-4
 M, m = 0.252, 0.25
@@ -23,15 +24,17 @@ def hover(suspension, seconds=12.0, controller="geometric", parameters=None, **o
     trajectory = HoverTrajectory(hover_time=seconds)
     return Flight(
         suspension,
-        belief="true",
-        controller=controller,
-        trajectory=trajectory,
-        parameters=parameters,
-        **options,
+        FlightOptions(
+            belief="true",
+            controller=controller,
+            trajectory=trajectory,
+            parameters=parameters,
+            **options,
+        ),
     ).run()
 
 
-def test_a_constant_wind_deflects_as_statics_has_it(hang):
+def test_a_constant_wind_deflects_the_payload_as_statics_predicts(hang):
     wind = WindParameters(mean=(1.2, 0.0, 0.0), quadrotor_drag_area=0.04)
     result = hover(hang(), 25.0, parameters=StationParameters(noise=0.0, wind=wind))
     assert result.metrics["outcome"] == "completed"
@@ -39,8 +42,8 @@ def test_a_constant_wind_deflects_as_statics_has_it(hang):
     assert np.ptp(s["payload_position"][-200:], axis=0).max() < 2e-3
     assert s["wind"] == pytest.approx(np.tile([1.2, 0.0, 0.0], (len(s["time"]), 1)))
 
-    # All in the x-z plane. The wind pushes on the box's centre, the cable pulls on the contact above it: it hangs along
-    # the cable, tilted by a about y, with its faces tilted too.
+    # All in the x-z plane. The wind pushes on the box's centre, the cable pulls on the contact
+    # above it: the box hangs along the cable, tilted by a about y, its faces too.
     faces = 0.5 * 1.225 * 1.05 * np.array([0.61 * 0.28, 0.68 * 0.61])
 
     def drag(a):
@@ -79,11 +82,11 @@ def test_a_constant_wind_deflects_as_statics_has_it(hang):
 @pytest.mark.parametrize(
     "contacts", [[[0.0, 0.0, 0.14]], [[-0.2, -0.25, 0.14], [0.3, 0.0, 0.14], [-0.1, 0.25, 0.14]]]
 )
-def test_a_wind_that_is_observed_leaves_no_offset(box, contacts):
-    # Statics of the whole: the thrusts carry the weight of everything and what the wind does to it, wherever cables go.
+def test_with_a_disturbance_observer_wind_leaves_no_offset(box, contacts):
+    # Statics of the whole: the thrusts carry all weight and wind forces, whatever the cables do.
     speed, area = 1.0, 0.02
     wind = WindParameters(mean=(speed, 0.0, 0.0), quadrotor_drag_area=area)
-    suspension = Suspension.hang(
+    suspension = SuspendedPayload.from_contacts(
         box, np.array(contacts), np.tile([0.0, 0.0, 1.0], (len(contacts), 1))
     )
     options = {"observer": DisturbanceObserver()}
@@ -114,8 +117,8 @@ def test_a_wrong_mass_costs_height(hang, ratio):
     assert result.metrics["slack_fraction"] == 0.0
 
 
-def test_a_mass_of_nothing_is_refused(hang):
-    with pytest.raises(InputError, match="believed mass"):
+def test_a_mass_ratio_of_zero_is_refused(hang):
+    with pytest.raises(InputError, match=r"`mass_ratio` must be positive, got 0\.0"):
         hover(hang(), mass_ratio=0.0)
 
 
@@ -125,7 +128,10 @@ def test_a_flight_with_slow_motors_in_a_gust_completes_and_repeats(hang, quick, 
     wind = WindParameters(mean=(0.5, 0.0, 0.0), gust=(0.0, 1.0, 0.0), turbulence=turbulence)
     parameters = StationParameters(wind=wind, motor_lag=0.02)
     flight = Flight(
-        hang(), belief="true", controller=controller, trajectory=quick, parameters=parameters
+        hang(),
+        FlightOptions(
+            belief="true", controller=controller, trajectory=quick, parameters=parameters
+        ),
     )
     first, other, again = (flight.run(seed) for seed in (1, 2, 1))
     assert first.metrics["outcome"] == other.metrics["outcome"] == "completed"
@@ -145,10 +151,13 @@ def test_slow_motors_start_at_the_speed_that_carries(hang):
     assert result.metrics["position_max_m"] < 0.01
 
 
-def test_motors_that_lag_by_much_are_led(hang, quick):
+def test_lead_compensation_flies_slow_motors(hang, quick):
     led = (
         Flight(
-            hang(), belief="true", trajectory=quick, parameters=StationParameters(motor_lag=0.05)
+            hang(),
+            FlightOptions(
+                belief="true", trajectory=quick, parameters=StationParameters(motor_lag=0.05)
+            ),
         )
         .run(1)
         .metrics
@@ -159,10 +168,10 @@ def test_motors_that_lag_by_much_are_led(hang, quick):
     )  # what the MPC must keep with prompt motors and this noise
 
 
-def test_without_the_lead_they_lose_the_payload(hang, quick):
+def test_without_lead_compensation_slow_motors_lose_the_payload(hang, quick):
     parameters = StationParameters(motor_lag=0.05, motor_lead=False)
     assert (
-        Flight(hang(), belief="true", trajectory=quick, parameters=parameters)
+        Flight(hang(), FlightOptions(belief="true", trajectory=quick, parameters=parameters))
         .run(1)
         .metrics["outcome"]
         == "crashed"

@@ -1,4 +1,4 @@
-"""What formations of three must fly like: figures of independent simulators and of the design, on whole flights."""
+"""Whole flights of formations, against figures of independent simulators and of the design."""
 
 from dataclasses import replace
 
@@ -11,8 +11,9 @@ from drake_aerial.plant.gripper import GripperParameters
 from drake_aerial.plant.payload import TABLE_INERTIA, Payload
 from drake_aerial.references.trajectory import TransportTrajectory
 from drake_aerial.simulation.flight import Flight
+from drake_aerial.simulation.flight_options import FlightOptions
 from drake_aerial.simulation.station_parameters import StationParameters
-from drake_aerial.simulation.suspended_payload import Suspension
+from drake_aerial.simulation.suspended_payload import SuspendedPayload
 
 GRIPPERS = [(-0.154, -0.267, 0.011), (0.308, 0.0, 0.011), (-0.154, 0.267, 0.011)]
 EXACT = StationParameters(noise=0.0, perception_period=0.01)
@@ -22,24 +23,29 @@ CIRCLE = TransportTrajectory.airborne()
 @pytest.fixture
 def plate():
     payload = Payload.from_box([0.68, 0.61, 0.022], inertia=TABLE_INERTIA)
-    return Suspension.hang(payload, GRIPPERS, [[0.0, 0.0, 1.0]] * 3)
+    return SuspendedPayload.from_contacts(payload, GRIPPERS, [[0.0, 0.0, 1.0]] * 3)
 
 
 def geometric(plate, name, trajectory=CIRCLE, parameters=EXACT):
     options = {"period": 0.01}
     return Flight(
         plate,
-        belief="true",
-        controller=name,
-        trajectory=trajectory,
-        parameters=parameters,
-        controller_options=options,
+        FlightOptions(
+            belief="true",
+            controller=name,
+            trajectory=trajectory,
+            parameters=parameters,
+            controller_options=options,
+        ),
     ).run()
 
 
 def test_the_geometric_law_errs_as_two_independent_simulators_found(plate):
-    """100 Hz, forces and moments held, a circle at constant rate from rest: 0.137 m over its 12 s, 0.480 m at the stop after it."""
-    # Sensor, law and hold follow one another by a step each; steps of 1 ms are short beside the 10 ms that they hold.
+    """Control at 100 Hz with held forces, a circle at constant rate that starts from rest.
+
+    Both simulators give 0.137 m RMSE over the 12 s, and 0.480 m at the stop after it.
+    """
+    # Sensor, law and hold follow one another by one plant step; 1 ms is short against 10 ms.
     parameters = replace(
         EXACT, attitude_period=0.01, time_step=0.001, gripper=GripperParameters(mass=1e-6)
     )
@@ -53,9 +59,9 @@ def test_the_geometric_law_errs_as_two_independent_simulators_found(plate):
 
 
 def test_a_first_sample_that_is_far_off_does_not_drop_a_hanging_payload(plate):
-    # The noise of this seed puts the payload 2.4 cm higher at first: cables of 50 cm seem to span 47.6 cm.
+    # The first sample of this seed is 2.4 cm too high: cables of 50 cm seem to span 47.6 cm.
     short = TransportTrajectory.airborne(circle_time=1.0, turns=0.01, hover_time=0.5)
-    flight = Flight(plate, belief="true", trajectory=short)
+    flight = Flight(plate, FlightOptions(belief="true", trajectory=short))
     context = flight.station.CreateDefaultContext()
     flight.station.place(context, seed=109, reference=flight.trajectory)
     simulator = Simulator(flight.station, context)
@@ -84,7 +90,9 @@ def test_the_cables_rate_fed_forward_keeps_seven_centimetres_on_both_kinds_of_ca
 def test_the_mpc_carries_a_formation_within_seven_millimetres_on_both_kinds_of_cable(plate, seed):
     rmse = []
     for kind in ("inextensible", "elastic"):
-        result = Flight(plate, belief="true", trajectory=CIRCLE, cable=kind).run(seed)
+        result = Flight(plate, FlightOptions(belief="true", trajectory=CIRCLE, cable=kind)).run(
+            seed
+        )
         s, m = result.series, result.metrics
         error = np.linalg.norm(s["payload_position"] - s["reference_position"], axis=1)
         hover = s["phase"] == result.phase_names.index("hover")
@@ -98,7 +106,7 @@ def test_the_mpc_carries_a_formation_within_seven_millimetres_on_both_kinds_of_c
 
 @pytest.mark.slow
 def test_the_mpc_carries_a_formation_from_the_ground_within_eight_millimetres(plate):
-    m = Flight(plate, belief="true").run(100).metrics
+    m = Flight(plate, FlightOptions(belief="true")).run(100).metrics
     assert m["outcome"] == "completed"
     assert m["position_rmse_m"] <= 0.008
     assert m["slack_fraction"] == 0.0
@@ -107,13 +115,13 @@ def test_the_mpc_carries_a_formation_from_the_ground_within_eight_millimetres(pl
 def ring(box, n):
     angles = 2.0 * np.pi * np.arange(n) / n
     contacts = np.column_stack([0.29 * np.cos(angles), 0.29 * np.sin(angles), np.full(n, 0.14)])
-    return Suspension.hang(box, contacts, [[0.0, 0.0, 1.0]] * n)
+    return SuspendedPayload.from_contacts(box, contacts, [[0.0, 0.0, 1.0]] * n)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("n", [4, 6])
 def test_larger_formations_fly(box, n):
-    m = Flight(ring(box, n), belief="true").run(100).metrics
+    m = Flight(ring(box, n), FlightOptions(belief="true")).run(100).metrics
     assert m["outcome"] == "completed"
     assert m["position_rmse_m"] <= 0.008
     assert np.rad2deg(m["attitude_rmse_rad"]) <= 0.5
@@ -121,9 +129,9 @@ def test_larger_formations_fly(box, n):
 
 @pytest.mark.slow
 def test_below_two_cables_the_payload_hangs_along_the_effective_gravity(box):
-    # Forces at two contacts make no moment about the line through them, here x: about it the box is a pendulum of 7.6 rad/s,
-    # on a circle whose acceleration turns at 2 rad/s at most; level it cannot be kept.
-    flight = Flight(ring(box, 2), belief="true", trajectory=CIRCLE)
+    # Forces at two contacts make no moment about the line through them, here x. About it the box
+    # is a pendulum of 7.6 rad/s, on a circle whose acceleration turns at 2 rad/s at most.
+    flight = Flight(ring(box, 2), FlightOptions(belief="true", trajectory=CIRCLE))
     result = flight.run(100)
     s = result.series
     assert result.outcome == "completed"

@@ -1,4 +1,4 @@
-"""One of several grippers lets go in flight: the rest hold the payload, momentum has no jump, and the record says what happened."""
+"""A gripper lets go in flight: the others hold the payload, and momentum is continuous."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -13,14 +13,15 @@ from drake_aerial.plant.cable import CableParameters
 from drake_aerial.plant.gripper import GripperParameters
 from drake_aerial.references.trajectory import HoverTrajectory, LineTrajectory
 from drake_aerial.simulation.flight import Flight
+from drake_aerial.simulation.flight_options import FlightOptions
 from drake_aerial.simulation.station import make_transport_station
 from drake_aerial.simulation.station_parameters import StationParameters
-from drake_aerial.simulation.suspended_payload import Suspension
+from drake_aerial.simulation.suspended_payload import SuspendedPayload
 from drake_aerial.simulation.trial_result import TrialResult
 
 TRIANGLE = np.array([[-0.154, -0.267, 0.14], [0.308, 0.0, 0.14], [-0.154, 0.267, 0.14]])
 UP = np.tile([0.0, 0.0, 1.0], (3, 1))
-# Straight up from rest in the air with up to 4 m/s^2: a third of the weight, 0.83 N, becomes up to 1.2 N.
+# Straight up from rest in the air with up to 4 m/s^2: a cable's share of 0.83 N rises to 1.2 N.
 RISE = LineTrajectory(
     displacement=(0.0, 0.0, 0.8),
     line_time=1.2,
@@ -37,14 +38,14 @@ def team(kind, *holds, **more):
 
 
 def rise(box, kind, controller, holds=(20.0, 1.1, 20.0), **options):
-    suspension = Suspension.hang(box, TRIANGLE, UP)
+    suspension = SuspendedPayload.from_contacts(box, TRIANGLE, UP)
     options = {
         "trajectory": RISE,
         "parameters": team(kind, *holds, airborne_height=1.5),
         "belief": "true",
         **options,
     }
-    return Flight(suspension, controller=controller, **options).run(1)
+    return Flight(suspension, FlightOptions(controller=controller, **options)).run(1)
 
 
 @pytest.mark.parametrize("kind", ["inextensible", "elastic"])
@@ -63,13 +64,14 @@ def test_the_rest_of_the_team_holds_the_payload(box, kind, tmp_path):
     at = np.argmin(s["attached"].all(axis=1))
     assert s["time"][at] == pytest.approx(when, abs=0.03)
     assert (s["attached"][at:] == [True, False, True]).all()
-    # The two hold it near where it was. It hangs below the line through their contacts, 0.154 m beside and 0.14 m above its centre.
+    # The two hold it near its place. It hangs below the line through their contacts, which is
+    # 0.154 m beside and 0.14 m above its centre.
     away = np.linalg.norm(s["payload_position"][at:] - s["payload_position"][at], axis=1)
     assert away.max() < 0.5
     assert away[-1] < 0.1
     assert s["tilt"][-50:].mean() == pytest.approx(np.arctan2(0.154, 0.14), abs=0.1)
     assert s["tension"][-50:, [0, 2]].mean(axis=0) == pytest.approx(0.5 * 0.256 * 9.81, rel=0.1)
-    # The freed one hovers a cable's length above where it was, with nothing but its gripper to carry.
+    # The freed quadrotor hovers at its place, a cable's length up, and carries its gripper alone.
     free = s["quadrotor_position"][at:, 1] - s["quadrotor_position"][at, 1]
     assert free[-1] == pytest.approx([0.0, 0.0, 0.5], abs=0.05)
     assert s["thrust"][-50:, 1].mean() == pytest.approx(0.25 * 9.81, rel=0.02)
@@ -88,7 +90,7 @@ def test_the_rest_of_the_team_holds_the_payload(box, kind, tmp_path):
 
 @pytest.mark.parametrize("controller", ["geometric", "geometric_ff"])
 @pytest.mark.parametrize("kind", ["inextensible", "elastic"])
-def test_the_geometric_laws_live_through_a_drop(box, kind, controller):
+def test_the_geometric_laws_survive_a_drop(box, kind, controller):
     result = rise(box, kind, controller, after_drop=1.0)
     assert result.outcome == "dropped"
     assert result.metrics["after_drop"]["outcome"] in ("held", "crashed", "diverged")
@@ -110,10 +112,10 @@ def test_a_flight_whose_last_gripper_lets_go_is_over(box):
 @pytest.mark.parametrize("controller", ["mpc", "geometric"])
 def test_a_drop_before_the_payload_is_up_leaves_it_on_the_ground(box, quick, controller):
     # The ramp to 0.83 N passes 0.5 N while the payload stands; nobody pulls any more.
-    suspension = Suspension.hang(box, TRIANGLE, UP)
+    suspension = SuspendedPayload.from_contacts(box, TRIANGLE, UP)
     parameters = team("elastic", 20.0, 0.5, 20.0)
     result = Flight(
-        suspension, controller=controller, trajectory=quick, parameters=parameters
+        suspension, FlightOptions(controller=controller, trajectory=quick, parameters=parameters)
     ).run()
     s = result.series
     assert result.outcome == "dropped"
@@ -123,9 +125,9 @@ def test_a_drop_before_the_payload_is_up_leaves_it_on_the_ground(box, quick, con
     assert s["tension"][-50:].max() < 0.2
 
 
-def test_a_law_of_ones_own_without_a_smaller_team_goes_on(box):
+def test_a_law_without_a_smaller_team_goes_on(box):
     class Own(GeometricController):
-        def _reduced(self, model):
+        def for_smaller_team(self, model):
             return None
 
     result = rise(box, "inextensible", Own, after_drop=1.0)
@@ -134,10 +136,11 @@ def test_a_law_of_ones_own_without_a_smaller_team_goes_on(box):
 
 
 def test_after_a_drop_the_same_seed_gives_the_same_flight(box):
-    suspension = Suspension.hang(box, TRIANGLE, UP)
+    suspension = SuspendedPayload.from_contacts(box, TRIANGLE, UP)
     parameters = team("inextensible", 20.0, 1.1, 20.0)
     flight = Flight(
-        suspension, belief="true", trajectory=RISE, parameters=parameters, after_drop=1.0
+        suspension,
+        FlightOptions(belief="true", trajectory=RISE, parameters=parameters, after_drop=1.0),
     )
     first, again = flight.run(3), flight.run(3)
     for name, value in first.series.items():
@@ -146,7 +149,7 @@ def test_after_a_drop_the_same_seed_gives_the_same_flight(box):
 
 @pytest.mark.parametrize("kind", ["inextensible", "elastic"])
 def test_momentum_has_no_jump_when_a_gripper_lets_go(box, kind):
-    # Momentum of everything that flies, from masses and velocities; between two steps only thrust and weight change it.
+    # Momentum of all flying bodies; between two steps only thrust and weight change it.
     dt = 0.002
     parameters = team(kind, 20.0, 20.0, 20.0, noise=0.0, time_step=dt)
     station = make_transport_station(box, TRIANGLE, UP, parameters=parameters)
@@ -154,7 +157,8 @@ def test_momentum_has_no_jump_when_a_gripper_lets_go(box, kind):
     context = station.CreateDefaultContext()
     # A reference in the air makes the station start there; the thrusts are this test's own.
     flying = Flight(
-        Suspension.hang(box, TRIANGLE, UP), parameters=parameters, trajectory=HoverTrajectory()
+        SuspendedPayload.from_contacts(box, TRIANGLE, UP),
+        FlightOptions(parameters=parameters, trajectory=HoverTrajectory()),
     )
     airborne = flying.station.CreateDefaultContext()
     flying.station.place(airborne, reference=flying.trajectory)
@@ -197,7 +201,8 @@ def test_momentum_has_no_jump_when_a_gripper_lets_go(box, kind):
     for before, after in pairwise(seen):
         jump = after[0] - before[0]
         assert jump == pytest.approx(dt * before[1], abs=1e-5)
-    # Nor does a single body jump: no velocity changes in the step of the release by more than its forces can, tension included.
+    # Nor does one body jump: in the step of the release no velocity changes by more than the
+    # forces on the body explain, tension included.
     pull = freed[4].sum()
     assert np.linalg.norm(seen[31][2][10:13] - seen[30][2][10:13]) < dt * (
         9.81 + 1.5 * pull / box.mass
@@ -218,7 +223,10 @@ def _quaternion(q):
 def test_a_single_gripper_still_ends_the_flight(hang):
     parameters = replace(team("inextensible", 2.6), airborne_height=1.5)
     result = Flight(
-        hang(), controller="geometric", trajectory=RISE, parameters=parameters, belief="true"
+        hang(),
+        FlightOptions(
+            controller="geometric", trajectory=RISE, parameters=parameters, belief="true"
+        ),
     ).run()
     assert (result.outcome, result.metrics["outcome_reason"]) == (
         "dropped",

@@ -1,4 +1,4 @@
-"""Metrics of made-up series whose values are known."""
+"""Metrics of synthetic series whose values are known."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from drake_aerial.simulation.metrics import flight_metrics
 NAMES = ("ground", "tensioning", "lifting", "approach", "circle", "hover")
 
 
-def made_up(names=NAMES, count=600):
+def synthetic(names=NAMES, count=600):
     T = count
     phase = np.repeat(np.arange(len(names)), T // len(names))
     T = len(phase)
@@ -30,7 +30,7 @@ def made_up(names=NAMES, count=600):
 
 
 def test_errors_are_scored_over_circle_and_hover_alone():
-    s = made_up()
+    s = synthetic()
     s["payload_position"][s["phase"] < 4] = 9.0
     s["payload_position"][s["phase"] == 4] = [0.03, 0.0, 0.04]
     s["payload_velocity"][s["phase"] == 5] = [0.0, 0.2, 0.0]
@@ -44,7 +44,7 @@ def test_errors_are_scored_over_circle_and_hover_alone():
 
 
 def test_slack_saturation_thrust_and_phases():
-    s = made_up()
+    s = synthetic()
     s["tension"][s["phase"] == 2, 0] = 0.01
     s["tension"][s["phase"] == 5, 1] = 3.0
     s["tension"][s["phase"] == 0] = 0.0
@@ -60,7 +60,7 @@ def test_slack_saturation_thrust_and_phases():
 
 
 def test_a_flight_that_ended_early_has_no_scores():
-    s = made_up()
+    s = synthetic()
     early = {key: value[:150] for key, value in s.items()}
     m = flight_metrics(early, NAMES, 2.45)
     assert m["position_rmse_m"] is None
@@ -68,9 +68,9 @@ def test_a_flight_that_ended_early_has_no_scores():
     assert set(m["phases"]) == {"ground", "tensioning"}
 
 
-def test_without_a_circle_all_that_follows_the_lift_is_scored():
+def test_without_a_circle_all_phases_after_the_lift_are_scored():
     names = (*NAMES[:3], "line", "hover")
-    s = made_up(names)
+    s = synthetic(names)
     s["payload_position"][s["phase"] == 3] = [0.0, 0.1, 0.0]
     m = flight_metrics(s, names, 2.45)
     assert m["position_rmse_m"] == pytest.approx(0.1 / np.sqrt(2))

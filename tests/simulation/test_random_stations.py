@@ -1,4 +1,4 @@
-"""Random stations, absurd ones among them: each ends with an outcome or a refusal in one line."""
+"""Random stations, also absurd ones: each ends with an outcome or a one-line error."""
 
 import importlib.util
 from collections import Counter

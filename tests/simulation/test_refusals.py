@@ -1,4 +1,4 @@
-"""What is known not to fly is refused before take-off, with its reason; by force it flies and is recorded as it ends."""
+"""Infeasible set-ups are rejected before the simulation with the reason, unless forced."""
 
 import json
 from dataclasses import replace
@@ -14,9 +14,10 @@ from drake_aerial.plant.payload import Payload
 from drake_aerial.plant.quadrotor import QuadrotorParameters
 from drake_aerial.references.trajectory import HoverTrajectory
 from drake_aerial.simulation.flight import Flight
+from drake_aerial.simulation.flight_options import FlightOptions
 from drake_aerial.simulation.lift_check import default_lift
 from drake_aerial.simulation.station_parameters import StationParameters
-from drake_aerial.simulation.suspended_payload import Suspension
+from drake_aerial.simulation.suspended_payload import SuspendedPayload
 from drake_aerial.simulation.trial import fly, prepare_flight
 from drake_aerial.statics.gravity import GRAVITY
 
@@ -42,10 +43,10 @@ def solutions(*formations, reasons=()):
 
 
 def prepare(p, **options):
-    suspension = Suspension.hang(
+    suspension = SuspendedPayload.from_contacts(
         Payload.read("box_68x61x28"), p, np.tile([0.0, 0.0, 1.0], (len(p), 1))
     )
-    return Flight(suspension, controller="geometric", trajectory=HOVER, **options)
+    return Flight(suspension, FlightOptions(controller="geometric", trajectory=HOVER, **options))
 
 
 def test_a_solution_marked_infeasible_is_refused_with_its_reasons():
@@ -63,8 +64,9 @@ def test_a_solution_marked_infeasible_is_refused_with_its_reasons():
 
 
 @pytest.mark.parametrize("inside", [0.005, -0.005])
-def test_the_line_of_the_true_centre_of_mass_decides(inside):
-    # Two contacts at x = inside - 0.3 .. inside, three with an edge there: the centre of mass is at x = 0.
+def test_contacts_on_one_side_of_the_true_centre_of_mass_are_refused(inside):
+    # Two contacts between x = inside - 0.3 and inside, three with an edge there; the centre of
+    # mass is at x = 0.
     for shape in ([[-0.3, 0.0], [0.0, 0.0]], [[-0.3, 0.0], [0.0, -0.2], [0.0, 0.2]]):
         p = np.array([[x + inside, y, 0.14] for x, y in shape])
         if inside > 0.0:
@@ -75,7 +77,7 @@ def test_the_line_of_the_true_centre_of_mass_decides(inside):
             prepare(p, force=True)
 
 
-def test_a_payload_whose_mass_is_elsewhere_is_judged_by_where_it_is():
+def test_the_payloads_own_centre_of_mass_counts():
     box = Payload.read("box_68x61x28")
     shifted = replace(box, com=box.com + [0.2, 0.0, 0.0])
     fly(
@@ -89,7 +91,7 @@ def test_a_payload_whose_mass_is_elsewhere_is_judged_by_where_it_is():
         fly(solutions(ONE_SIDE), payload=box, controller="geometric", trajectory=HOVER)
 
 
-def test_one_quadrotors_share_is_a_matter_of_the_contacts_and_the_weight_of_the_payload():
+def test_a_quadrotors_share_of_the_load_must_not_exceed_its_spare_thrust():
     # On two cables 0.1 and 0.3 m from the centre, three quarters of the weight are the near one's.
     p = np.array([[-0.1, 0.0, 0.14], [0.3, 0.0, 0.14]])
     quadrotor = QuadrotorParameters()
@@ -97,18 +99,21 @@ def test_one_quadrotors_share_is_a_matter_of_the_contacts_and_the_weight_of_the_
     heaviest = (spare / (0.75 * GRAVITY)) - 0.004  # less two grippers', nearly
     for mass, refused in ((0.99 * heaviest, False), (1.01 * heaviest, True)):
         box = Payload.from_box([0.68, 0.61, 0.28], mass)
-        suspension = Suspension.hang(box, p, [[0.0, 0.0, 1.0]] * 2)
+        suspension = SuspendedPayload.from_contacts(box, p, [[0.0, 0.0, 1.0]] * 2)
         if refused:
             with pytest.raises(
                 JobError, match=r"gripper 1: more tension than the propellers lift \(4\.[67] N"
             ):
-                Flight(suspension, trajectory=HOVER)
-            Flight(suspension, trajectory=HOVER, force=True)
+                Flight(suspension, FlightOptions(trajectory=HOVER))
+            Flight(suspension, FlightOptions(trajectory=HOVER, force=True))
         else:
-            Flight(suspension, trajectory=HOVER)
+            Flight(suspension, FlightOptions(trajectory=HOVER))
     heavy = Payload.from_box([0.68, 0.61, 0.28], 1.2)
     with pytest.raises(InputError, match=r"14\.1\d N at most"):
-        Flight(Suspension.hang(heavy, p, [[0.0, 0.0, 1.0]] * 2), trajectory=HOVER)
+        Flight(
+            SuspendedPayload.from_contacts(heavy, p, [[0.0, 0.0, 1.0]] * 2),
+            FlightOptions(trajectory=HOVER),
+        )
 
 
 def test_too_heavy_a_payload_flies_by_force_and_never_leaves_the_ground(quick):

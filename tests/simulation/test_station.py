@@ -1,4 +1,4 @@
-"""The station: ports, refusals, its start at rest, and the controller's model against its plant."""
+"""The station: ports, errors, its start at rest, and the controller's model against its plant."""
 
 from dataclasses import replace
 
@@ -72,7 +72,8 @@ def test_no_contacts_are_refused(box):
 @pytest.mark.parametrize("contacts", [TRIANGLE[1:2], TRIANGLE], ids=["one", "three"])
 @pytest.mark.parametrize("seed", [0, 1])
 def test_the_controllers_model_agrees_with_the_plant(box, kind, contacts, seed):
-    # A random taut state in the air, all thrusts along the quadrotors' axes; accelerations from very short steps.
+    # A random taut state in the air, thrusts along the quadrotors' axes; accelerations from very
+    # short steps.
     rng = np.random.default_rng(seed)
     dt = 2e-5
     parameters = StationParameters(cable=CableParameters(kind, damping=0.0), time_step=dt)
@@ -125,7 +126,7 @@ def test_the_controllers_model_agrees_with_the_plant(box, kind, contacts, seed):
             p = X_WQ.translation() - xi[i] * expected.tension[0, i] / k
             plant.SetFreeBodyPose(pc, quadrotor.body, RigidTransform(X_WQ.rotation(), p))
     station.GetInputPort("attitude.thrust_vectors").FixValue(context, F.ravel())
-    # The solver's regularised constraints take some steps, here a fifth of a millisecond, to carry the full load.
+    # The solver's regularised constraints take some steps (0.2 ms here) to carry the full load.
     simulator = Simulator(station, context)
     simulator.AdvanceTo(10 * dt)
     tension = station.GetOutputPort("cables.tension").Eval(context)
@@ -145,7 +146,7 @@ def test_propeller_commands_may_be_held(hang):
     station = make_transport_station(s.payload, s.p_LC, s.normal_L, parameters=parameters)
     context = station.CreateDefaultContext()
     station.place(context)
-    # A command that asks for a turn: the moment follows the attitude, and so would the commands at every step.
+    # A command for a turn: the moment follows the attitude, so commands would change every step.
     station.GetInputPort("attitude.thrust_vectors").FixValue(context, [0.5, 0.0, 3.0])
     commands = station.GetOutputPort("propellers.command")
     hover = 0.25 * 9.81 / (4 * parameters.quadrotor.thrust_coefficient)

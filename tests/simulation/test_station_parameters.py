@@ -1,4 +1,4 @@
-"""The station's step, which goes by the kind of its cables."""
+"""The station's time step depends on the kind of its cables."""
 
 import pytest
 
@@ -16,13 +16,13 @@ from drake_aerial.plant.cable import CableParameters
         ([CableParameters("elastic")] * 3, 0.002),
     ],
 )
-def test_the_step_goes_by_the_kind_of_cable_unless_it_is_given(cable, step):
+def test_the_default_step_depends_on_the_kind_of_cable(cable, step):
     assert StationParameters(cable=cable).step == step
     assert StationParameters(cable=cable, time_step=1e-3).step == 1e-3
     assert StationParameters(cable=cable).with_cable_kind("elastic").step == 0.002
 
 
-def test_a_step_that_is_none_is_refused():
+def test_a_bad_step_is_refused():
     for bad in (0.0, -1e-3, float("nan")):
         with pytest.raises(InputError, match="time_step"):
             StationParameters(time_step=bad)

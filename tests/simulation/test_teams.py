@@ -12,9 +12,10 @@ from drake_aerial.plant.payload import Payload
 from drake_aerial.plant.quadrotor import QuadrotorParameters
 from drake_aerial.references.trajectory import HoverTrajectory
 from drake_aerial.simulation.flight import Flight
+from drake_aerial.simulation.flight_options import FlightOptions
 from drake_aerial.simulation.station import make_transport_station
 from drake_aerial.simulation.station_parameters import StationParameters
-from drake_aerial.simulation.suspended_payload import Suspension
+from drake_aerial.simulation.suspended_payload import SuspendedPayload
 from drake_aerial.simulation.trial_result import TrialResult
 
 G = 9.81
@@ -30,13 +31,14 @@ GRIPPERS = tuple(GripperParameters(mass=mass) for mass in (0.002, 0.02, 0.005))
 
 def hang(contacts, payload="box_68x61x28"):
     up = np.tile([0.0, 0.0, 1.0], (len(contacts), 1))
-    return Suspension.hang(Payload.read(payload), contacts, up)
+    return SuspendedPayload.from_contacts(Payload.read(payload), contacts, up)
 
 
 def hover(contacts, parameters, seconds=4.0, **options):
     trajectory = HoverTrajectory(hover_time=seconds)
     return Flight(
-        hang(contacts), belief="true", trajectory=trajectory, parameters=parameters, **options
+        hang(contacts),
+        FlightOptions(belief="true", trajectory=trajectory, parameters=parameters, **options),
     ).run()
 
 
@@ -55,7 +57,8 @@ def test_each_of_an_unequal_team_hovers_at_its_own_thrust(kind, controller):
         axis=0
     )
     assert distance == pytest.approx([0.5, 0.7, 0.6], abs=2e-3)
-    # Three vertical cables are statically determinate: force, and moments about two axes, of payload and grippers.
+    # Three vertical cables are statically determinate: one force and two moments of payload and
+    # grippers.
     masses = np.array([0.25] + [gripper.mass for gripper in GRIPPERS])
     points = np.vstack([[0.0, 0.0, 0.0], TRIANGLE])
     A = np.vstack([np.ones(3), TRIANGLE[:, 0], TRIANGLE[:, 1]])
@@ -88,7 +91,9 @@ def test_two_quadrotors_on_unequal_cables_hover(controller):
 
 def test_an_unequal_team_takes_off_from_the_ground(quick):
     parameters = StationParameters(quadrotor=TEAM, cable=CABLES, gripper=GRIPPERS)
-    result = Flight(hang(TRIANGLE), belief="true", trajectory=quick, parameters=parameters).run()
+    result = Flight(
+        hang(TRIANGLE), FlightOptions(belief="true", trajectory=quick, parameters=parameters)
+    ).run()
     assert result.metrics["outcome"] == "completed"
     assert result.metrics["position_rmse_m"] < 0.02
     assert result.metrics["configuration"]["station"]["quadrotor"][1]["mass"] == 0.4
@@ -111,7 +116,7 @@ def test_the_order_of_the_team_does_not_matter(controller):
 
 
 @pytest.mark.parametrize("n", range(1, 7))
-def test_a_result_of_any_team_comes_back_from_its_files(n, tmp_path):
+def test_a_result_of_any_team_is_read_back(n, tmp_path):
     angle = 2.0 * np.pi * np.arange(n) / n
     contacts = np.stack([0.25 * np.cos(angle), 0.25 * np.sin(angle), np.full(n, 0.14)], axis=1)
     cables = tuple(CableParameters(length=0.5 + 0.05 * i) for i in range(n))
@@ -144,7 +149,8 @@ def test_cables_of_two_kinds_are_refused(box):
 
 
 def test_a_quadrotor_that_cannot_lift_its_share_is_refused(box):
-    # 0.6 kg on two: 2.94 N each at equal arms. The weak one lifts 4.0 N and weighs 2.45 N; the team as a whole has enough.
+    # 0.6 kg on two: 2.94 N each at equal arms. The weak one lifts 4.0 N and weighs 2.45 N; the
+    # team as a whole has enough thrust.
     weak = replace(QuadrotorParameters(), thrust_coefficient=4.0 / (4 * 16400.0**2))
     team = StationParameters(quadrotor=(weak, LARGE), gripper=GripperParameters(mass=1e-6))
     heavy = Payload.from_box([0.6, 0.3, 0.2], 0.6)
@@ -160,5 +166,5 @@ def test_a_quadrotor_that_cannot_lift_its_share_is_refused(box):
         InputError, match=r"quadrotor 1 of 2 pushes with 4\.00 N at most and weighs 4\.02 N"
     ):
         make_transport_station(box, equal, parameters=replace(team, quadrotor=(hopeless, LARGE)))
-    # A formation that nothing can hold level is the business of whoever chose it, not of this check.
+    # This check does not reject a formation that no cables can hold level.
     make_transport_station(box, TRIANGLE + [0.4, 0.0, 0.0])

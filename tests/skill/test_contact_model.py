@@ -1,4 +1,4 @@
-"""What a gripper's place is seen from."""
+"""The contact model: kernels from features to the gripper, their number and weights."""
 
 import numpy as np
 import pytest

@@ -1,6 +1,7 @@
-"""Skill files: bit-equal, without pickle, labelled, and refused by name where they are of another kind."""
+"""Skill files: bit-equal, without pickle, with schema and version, other files refused."""
 
 import io
+import json
 import zipfile
 
 import numpy as np
@@ -56,6 +57,16 @@ def test_is_labelled_with_schema_and_version(path):
         assert int(archive["version"]) == 1
         assert str(archive["label"]) == "flat"
         assert not any(archive[name].dtype == object for name in archive.files)
+
+
+def test_files_of_programs_with_alpha_are_read_and_written(skill, path):
+    # Programs before its removal wrote `alpha` twice, and require it in the configuration.
+    with np.load(path) as archive:
+        metadata = json.loads(str(archive["metadata"]))
+    assert metadata["configuration"]["alpha"] == pytest.approx(50.0)
+    metadata["configuration"]["alpha"] = metadata["parameters"]["alpha"] = 12.5
+    old = ContactSkill.load(rewritten(path, metadata=np.array(json.dumps(metadata))))
+    assert old.to_bytes() == skill.to_bytes()
 
 
 def test_no_temporary_file_is_left(path):

@@ -1,4 +1,4 @@
-"""Demonstration files: the shipped ones, what they may say, and what is refused in one line."""
+"""Demonstration files: the shipped ones, their keys, and errors of one line."""
 
 import re
 
@@ -58,8 +58,10 @@ def test_defaults_and_directions(tmp_path):
     text = BOX + (
         "label: mine\n"
         "grippers:\n"
-        "- {position: [0.1, 0, 0.14], axis: [0, 0, 2], cable_length: 0.7, cable_direction: [1, 0, 1]}\n"
-        "- {position: [-0.1, 0, 0.14], quaternion_wxyz: [1, 0, 0, 1], quadrotor: [-0.1, 0.3, 0.54]}\n"
+        "- {position: [0.1, 0, 0.14], axis: [0, 0, 2], cable_length: 0.7, "
+        "cable_direction: [1, 0, 1]}\n"
+        "- {position: [-0.1, 0, 0.14], quaternion_wxyz: [1, 0, 0, 1], "
+        "quadrotor: [-0.1, 0.3, 0.54]}\n"
     )
     demonstration = Demonstration.read(write(tmp_path, text))
     assert (demonstration.name, demonstration.label) == ("demonstration", "mine")
@@ -96,29 +98,35 @@ def test_noise_is_seeded(tmp_path):
         (BOX + "grippers: [{}]\n", "'position' is missing"),
         (BOX, "'grippers' is missing"),
         (GRIPPER, "'cloud' is missing"),
-        (BOX + "grippers: []\n", "at least one entry"),
-        (BOX + "grippers: [{position: [0, 0]}]\n", "position should be 3 finite numbers"),
-        (BOX + "grippers: [{position: [0, 0, .nan]}]\n", "3 finite numbers"),
+        (BOX + "grippers: []\n", "`grippers` must have at least 1 entry, got []"),
+        (
+            BOX + "grippers: [{position: [0, 0]}]\n",
+            "`grippers[0].position` must have more entries, got [0, 0]",
+        ),
+        (
+            BOX + "grippers: [{position: [0, 0, .nan]}]\n",
+            "`grippers[0].position[2]` must be a finite number, got nan",
+        ),
         (BOX + "grippers: [{position: [0, 0, 0], axis: [0, 0, 0]}]\n", "positive length"),
         (
             BOX + "grippers: [{position: [0, 0, 0], cable_length: -1}]\n",
-            "cable lengths should be positive",
+            "`grippers[0].cable_length` must be > 0 m, got -1",
         ),
         (
             BOX
             + "grippers: [{position: [0, 0, 0], axis: [0, 0, 1], quaternion_wxyz: [1, 0, 0, 0]}]\n",
-            "not both",
+            "only one of `axis` and `quaternion_wxyz` may be given",
         ),
         ("cloud: {}\n" + GRIPPER, "exactly one of file, mesh, box"),
-        ("cloud: {box: [1, 1, 0]}\n" + GRIPPER, "three positive sizes"),
+        ("cloud: {box: [1, 1, 0]}\n" + GRIPPER, "`cloud.box[2]` must be > 0 m, got 0"),
         (
             "cloud: {box: [1, 1, 1], view: side}\n" + GRIPPER,
-            "view should be one of full, top, partial",
+            "`cloud.view` must be one of full, top, partial, got 'side'",
         ),
-        ("cloud: {box: [1, 1, 1], view: partial}\n" + GRIPPER, "needs a viewpoint"),
-        ("cloud: {mesh: nothing}\n" + GRIPPER, "no mesh 'nothing'"),
+        ("cloud: {box: [1, 1, 1], view: partial}\n" + GRIPPER, "`viewpoint` must be [x, y, z]"),
+        ("cloud: {mesh: nothing}\n" + GRIPPER, "got 'nothing'"),
         ("cloud: {file: missing.ply}\n" + GRIPPER, "missing.ply"),
-        ("[1, 2]\n", "should hold a mapping"),
+        ("[1, 2]\n", "must hold a mapping"),
         ("a: [\n", "is not YAML"),
     ],
 )

@@ -1,4 +1,4 @@
-"""The shipped demonstrations with several grippers: they load, stand where they say, and learn."""
+"""The shipped demonstrations with several grippers: places, learning, feasibility."""
 
 import numpy as np
 import pytest
@@ -26,7 +26,7 @@ def shipped(request):
 def test_formation_stands_on_a_hollow_triangle():
     formation = Demonstration.read("formation")
     mesh = trimesh.load(model_files.models_dir() / "meshes" / "hollow_triangle.obj", force="mesh")
-    # A uniform triangular frame: circumradius 0.42, inner one smaller by twice the beam's 0.1, 0.06 high.
+    # A triangular frame 0.06 high, of circumradii 0.42 and 0.22: the beams are 0.1 wide.
     solid = [3.0 * np.sqrt(3.0) / 4.0 * r**2 for r in (0.42, 0.22)]
     assert mesh.volume == pytest.approx(0.06 * (solid[0] - solid[1]), rel=1e-3)
     p = formation.grippers.p

@@ -1,4 +1,4 @@
-"""Learning on a box: what the models hold, and that nothing depends on where the demonstration stood."""
+"""Learning on a box: the contents of the models, and invariance to the demonstration's pose."""
 
 from dataclasses import replace
 
@@ -95,7 +95,7 @@ def test_several_grippers_have_a_model_each(edge):
 
 def test_a_gripper_that_touches_nothing_is_refused_with_its_distance(edge):
     floating = Demonstration.make(edge.cloud, [[0.0, 0.0, 0.24]])
-    with pytest.raises(InputError, match=r"gripper 1 .* touches nothing: .* 0\.100 m away"):
+    with pytest.raises(InputError, match=r"gripper 1 .* touches nothing: .* got 0\.100 m"):
         learn(floating)
 
 

@@ -1,4 +1,4 @@
-"""What the surface near a gripper is drawn from."""
+"""The object model: which features near a gripper are drawn, how often, with which frames."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from drake_aerial.density.surface_density import Bandwidth
 from drake_aerial.errors import InputError
 from drake_aerial.features.surface_features import SurfaceFeatures
 from drake_aerial.geometry import axis_of
-from drake_aerial.skill.object_model import ObjectModel, spread
+from drake_aerial.skill.object_model import ObjectModel, draw_evenly
 
 
 def line(count=11):
@@ -48,7 +48,7 @@ def test_frames_are_turned_within_their_ambiguity():
 
 def test_the_rest_is_drawn_by_chance():
     often = sum(
-        np.bincount(spread(np.arange(7), 3, np.random.default_rng(k)), minlength=7)
+        np.bincount(draw_evenly(np.arange(7), 3, np.random.default_rng(k)), minlength=7)
         for k in range(700)
     )
     np.testing.assert_allclose(often / 700, 3 / 7, atol=0.06)
@@ -59,7 +59,7 @@ def test_the_radius_includes_its_own_length_and_nothing_beyond():
         np.unique(learnt(9, radius=0.01, p=(0.0, 0.0, 0.0)).features.p[:, 0]), [0.0, 0.01]
     )
     assert len(learnt(9, radius=0.25, p=(0.0, 0.0, 0.25)).features) == 9
-    with pytest.raises(InputError, match=r"0\.250 m away, at most 0\.249 m"):
+    with pytest.raises(InputError, match=r"within 0\.249 m, got 0\.250 m"):
         learnt(9, radius=0.249, p=(0.0, 0.0, 0.25))
 
 

@@ -16,16 +16,19 @@ from drake_aerial import Payload, read_scan, read_skill, transfer
 from drake_aerial.errors import InputError
 from drake_aerial.references.trajectory import HoverTrajectory
 from drake_aerial.simulation.flight import Flight
-from drake_aerial.simulation.suspended_payload import Suspension
+from drake_aerial.simulation.flight_options import FlightOptions
+from drake_aerial.simulation.suspended_payload import SuspendedPayload
 from drake_aerial.visualization.live import live_flight, live_view
 
 
 @pytest.fixture(scope="module")
 def flight():
-    held = Suspension.hang(
+    held = SuspendedPayload.from_contacts(
         Payload.from_box([0.4, 0.4, 0.2], 0.25), [[0.0, 0.0, 0.1]], [[0.0, 0.0, 1.0]]
     )
-    return Flight(held, trajectory=HoverTrajectory(hover_time=1.0), controller="geometric")
+    return Flight(
+        held, FlightOptions(trajectory=HoverTrajectory(hover_time=1.0), controller="geometric")
+    )
 
 
 @pytest.fixture(scope="module")
@@ -106,7 +109,7 @@ def test_ctrl_c_ends_a_view_well_as_soon_as_its_address_is_told(contacts, monkey
     def tell_and_be_interrupted(url):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(view, "tell_address", tell_and_be_interrupted)
+    monkeypatch.setattr(view, "say", tell_and_be_interrupted)
     assert main(["view", str(contacts), "--live", "--no-browser"]) == 0
     assert capsys.readouterr().err == ""
 

@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from drake_aerial import read_scan, read_skill, transfer
-from drake_aerial.contacts.recomputation import evidence_again
+from drake_aerial.contacts.recomputation import recompute_query
 from drake_aerial.contacts.solutions import ContactSolutions
 from drake_aerial.errors import InputError
 from drake_aerial.visualization.pictures import heat
@@ -32,7 +32,7 @@ def found(tmp_path_factory):
 
 def test_the_heat_is_the_one_the_contacts_were_found_by(found):
     path, solutions = found
-    log = solutions.evidence.log_surface()
+    log = solutions.query.log_surface()
     view = view_of(path)
     colors = np.concatenate(view.picture._colors[:1]).reshape(-1, 6, 3)[:, 0]
     np.testing.assert_allclose(colors, heat(np.exp(log - log.max())), atol=1e-6)
@@ -45,9 +45,11 @@ def test_another_skill_is_refused_and_another_viewpoint_is_noticed(found):
         view_of(path, skill=read_skill("edge"))
     skill, read = read_skill("flat"), ContactSolutions.read(path)
     cloud = read_scan(path.parent / "scan.npy", viewpoint=solutions.cloud["viewpoint"])
-    assert evidence_again(read, skill, cloud) is not None
+    assert recompute_query(read, skill, cloud) is not None
     assert (
-        evidence_again(read, skill, read_scan(path.parent / "scan.npy", viewpoint=[0.0, 0.0, -1.5]))
+        recompute_query(
+            read, skill, read_scan(path.parent / "scan.npy", viewpoint=[0.0, 0.0, -1.5])
+        )
         is None
     )
 
@@ -57,7 +59,7 @@ def test_without_the_skill_it_says_so_and_shows_the_rest(found, tmp_path):
     bad = replace(
         solutions.solutions[1], feasible=False, reasons=("upside down", "off the surface")
     )
-    mine = replace(solutions, skill="mine", solutions=(solutions[0], bad), evidence=None)
+    mine = replace(solutions, skill="mine", solutions=(solutions[0], bad), query=None)
     mine.write(path.parent / "mine.json")
     view = view_of(path.parent / "mine.json")
     assert "the skill is not at hand" in view.text

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Two checkouts of the package on the same inputs: are contacts, flights and study records equal?
+"""Compare contacts, flights and study records of two checkouts of the package.
 
 Contacts of six scans by all methods, three flights (one quadrotor with each kind of cable, three
 quadrotors), and the records of a small study. Each checkout computes in a process of its own and
@@ -100,7 +100,7 @@ def numbers(value) -> tuple[list[float], list]:
         return [float(value)], []
     pairs = [numbers(v) for v in (value.values() if isinstance(value, dict) else value)]
     keys = [sorted(value)] if isinstance(value, dict) else []
-    return sum((p[0] for p in pairs), []), keys + sum((p[1] for p in pairs), [])
+    return [x for p in pairs for x in p[0]], [*keys, *(x for p in pairs for x in p[1])]
 
 
 def difference(a: Path, b: Path) -> tuple[str, float]:
@@ -187,7 +187,7 @@ def main() -> int:
             continue
         words, gap = difference(root / "first" / name, root / "second" / name)
         failed |= bool(words) or gap > 1e-12
-        print(f"{str(name):40} {'equal' if gap == 0 and not words else f'{gap:.1e} {words}'}")
+        print(f"{name!s:40} {'equal' if gap == 0 and not words else f'{gap:.1e} {words}'}")
     return int(failed)
 
 

@@ -22,8 +22,9 @@ from drake_aerial.plant.payload import Payload
 from drake_aerial.plant.wind import WindParameters
 from drake_aerial.references.trajectory import HoverTrajectory
 from drake_aerial.simulation.flight import Flight
+from drake_aerial.simulation.flight_options import FlightOptions
 from drake_aerial.simulation.station import StationParameters
-from drake_aerial.simulation.suspended_payload import Suspension
+from drake_aerial.simulation.suspended_payload import SuspendedPayload
 
 LAGS = (0.0, 0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.07, 0.08)
 CONTACTS = {
@@ -107,12 +108,14 @@ def fly(
     box = Payload.read("box_68x61x28")
     station = StationParameters(noise=0.0 if hover else 0.01, wind=wind, **(parameters or {}))
     flight = Flight(
-        Suspension.hang(box, contacts, np.tile([0.0, 0.0, 1.0], (len(contacts), 1))),
-        belief=belief,
-        trajectory=HoverTrajectory(hover_time=15.0) if hover else "circle",
-        parameters=station,
-        controller_options={"observer": observer},
-        mass_ratio=mass_ratio,
+        SuspendedPayload.from_contacts(box, contacts, np.tile([0.0, 0.0, 1.0], (len(contacts), 1))),
+        FlightOptions(
+            belief=belief,
+            trajectory=HoverTrajectory(hover_time=15.0) if hover else "transport",
+            parameters=station,
+            controller_options={"observer": observer},
+            mass_ratio=mass_ratio,
+        ),
     )
     result = flight.run(seed)
     m, s = result.metrics, result.series

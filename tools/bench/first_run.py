@@ -106,12 +106,13 @@ def python_jobs() -> dict[str, Callable[[], object]]:
         import drake_aerial as da
         from drake_aerial.references.trajectory import HoverTrajectory
         from drake_aerial.simulation.flight import Flight
-        from drake_aerial.simulation.suspended_payload import Suspension
+        from drake_aerial.simulation.flight_options import FlightOptions
+        from drake_aerial.simulation.suspended_payload import SuspendedPayload
 
-        held = Suspension.hang(
+        held = SuspendedPayload.from_contacts(
             da.Payload.read("box_68x68x28"), [[0.0, 0.0, 0.14]], [[0.0, 0.0, 1.0]]
         )
-        return Flight(held, trajectory=HoverTrajectory(hover_time=1.0)).run(0)
+        return Flight(held, FlightOptions(trajectory=HoverTrajectory(hover_time=1.0))).run(0)
 
     return {"learn": learning, "transfer": transferring, "Flight.run": flying}
 

@@ -24,12 +24,12 @@ from typing import Any
 import formation_flights
 import numpy as np
 
+from drake_aerial.choices import BELIEFS, CONTROLLERS
 from drake_aerial.plant.payload import Payload
-from drake_aerial.simulation.beliefs import BELIEFS
 from drake_aerial.simulation.flight import Flight
-from drake_aerial.simulation.flight_options import CONTROLLERS
+from drake_aerial.simulation.flight_options import FlightOptions
 from drake_aerial.simulation.station import StationParameters
-from drake_aerial.simulation.suspended_payload import Suspension
+from drake_aerial.simulation.suspended_payload import SuspendedPayload
 
 OFFSETS = (0.0, 0.02, 0.05, 0.10, 0.15, 0.20)
 # Rows: group, controller, belief, offset of the contact along the box's long side [m].
@@ -123,10 +123,8 @@ def fly_row(
     parameters = replace(parameters, cable=replace(parameters.cable, kind=arguments.cable))
     box = Payload.read("box_68x61x28")
     flight = Flight(
-        Suspension.hang(box, [[offset, 0.0, 0.14]], [[0.0, 0.0, 1.0]]),
-        belief=belief,
-        controller=controller,
-        parameters=parameters,
+        SuspendedPayload.from_contacts(box, [[offset, 0.0, 0.14]], [[0.0, 0.0, 1.0]]),
+        FlightOptions(belief=belief, controller=controller, parameters=parameters),
     )
     began = time.process_time()
     trials = [flight.run(seed).metrics for seed in seeds]

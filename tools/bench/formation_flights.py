@@ -25,7 +25,7 @@ from drake_aerial.references.trajectory import Trajectory, TransportTrajectory
 from drake_aerial.simulation.flight import Flight
 from drake_aerial.simulation.flight_options import FlightOptions
 from drake_aerial.simulation.station_parameters import StationParameters
-from drake_aerial.simulation.suspended_payload import Suspension
+from drake_aerial.simulation.suspended_payload import SuspendedPayload
 from drake_aerial.simulation.trial_result import TrialResult
 
 Array = NDArray[np.float64]
@@ -42,25 +42,27 @@ PUBLISHED = replace(
 )
 
 
-def hang(payload: Payload, contacts: ArrayLike) -> Suspension:
+def hang(payload: Payload, contacts: ArrayLike) -> SuspendedPayload:
     contacts = np.asarray(contacts, dtype=float)
-    return Suspension.hang(payload, contacts, np.tile([0.0, 0.0, 1.0], (len(contacts), 1)))
+    return SuspendedPayload.from_contacts(
+        payload, contacts, np.tile([0.0, 0.0, 1.0], (len(contacts), 1))
+    )
 
 
-def plate() -> Suspension:
+def plate() -> SuspendedPayload:
     """Three grippers as in the published run, 11 mm above the centre of a payload with the table's mass and inertia."""
     contacts = [[-0.154, -0.267, 0.011], [0.308, 0.0, 0.011], [-0.154, 0.267, 0.011]]
     return hang(Payload.from_box([0.68, 0.61, 0.022], inertia=TABLE_INERTIA), contacts)
 
 
-def box(n: int) -> Suspension:
+def box(n: int) -> SuspendedPayload:
     """The box 68x61x28 with n grippers evenly on a circle about the middle of its top; two on its long axis."""
     angles = 2.0 * np.pi * (np.arange(n) + 0.5 * (n == 4)) / n
     top = np.column_stack([0.29 * np.cos(angles), 0.29 * np.sin(angles), np.full(n, 0.14)])
     return hang(Payload.read("box_68x61x28"), top)
 
 
-def triangle() -> Suspension:
+def triangle() -> SuspendedPayload:
     """The hollow triangle with its three grippers as they were demonstrated."""
     angles = 2.0 * np.pi * np.arange(3) / 3
     return hang(
@@ -76,7 +78,7 @@ class Row:
     group: str
     label: str
     options: FlightOptions
-    suspension: Callable[[], Suspension] = plate
+    suspension: Callable[[], SuspendedPayload] = plate
     seeds: int = 100
 
 

@@ -79,7 +79,6 @@ def in_unit(factor: float, name: str) -> tuple[ContactSkill, TransferParameters]
         bandwidth=replace(known.bandwidth, position=factor * known.bandwidth.position),
         contact_radius=factor * known.contact_radius,
         configuration_sigma=factor * known.configuration_sigma,
-        alpha=known.alpha / factor**2,
     )
     return learn(there, parameters=learning, seed=0), replace(
         QUICK, **{key: factor * getattr(QUICK, key) for key in LENGTHS}

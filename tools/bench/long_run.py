@@ -20,7 +20,8 @@ import numpy as np
 from drake_aerial import Payload
 from drake_aerial.references.trajectory import HoverTrajectory
 from drake_aerial.simulation.flight import Flight
-from drake_aerial.simulation.suspended_payload import Suspension
+from drake_aerial.simulation.flight_options import FlightOptions
+from drake_aerial.simulation.suspended_payload import SuspendedPayload
 
 CONTACTS = {
     1: [[0.0, 0.0, 0.14]],
@@ -48,10 +49,12 @@ def main() -> int:
     arguments = parser.parse_args()
     grown = []
     for n in arguments.n:
-        suspension = Suspension.hang(
+        suspension = SuspendedPayload.from_contacts(
             Payload.read("box_68x61x28"), CONTACTS[n], np.tile([0.0, 0.0, 1.0], (n, 1))
         )
-        flight = Flight(suspension, belief="true", trajectory=HoverTrajectory(hover_time=1.0))
+        flight = Flight(
+            suspension, FlightOptions(belief="true", trajectory=HoverTrajectory(hover_time=1.0))
+        )
         marks = {}
         for k in range(1, arguments.flights + 1):
             flight.run(k)

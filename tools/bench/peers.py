@@ -70,11 +70,14 @@ def ours(circle: Circle) -> Ready:
     from drake_aerial.plant.payload import Payload
     from drake_aerial.references.trajectory import TransportTrajectory
     from drake_aerial.simulation.flight import Flight
-    from drake_aerial.simulation.suspended_payload import Suspension
+    from drake_aerial.simulation.flight_options import FlightOptions
+    from drake_aerial.simulation.suspended_payload import SuspendedPayload
 
-    box = Suspension.hang(Payload.read("box_68x61x28"), [[0.0, 0.0, 0.14]], [[0.0, 0.0, 1.0]])
+    box = SuspendedPayload.from_contacts(
+        Payload.read("box_68x61x28"), [[0.0, 0.0, 0.14]], [[0.0, 0.0, 1.0]]
+    )
     trajectory = TransportTrajectory.airborne(circle_time=circle.time, hover_time=HOVER)
-    flight = Flight(box, belief="true", trajectory=trajectory, noise=0.0)
+    flight = Flight(box, FlightOptions(belief="true", trajectory=trajectory, noise=0.0))
 
     def fly() -> np.ndarray:
         series = flight.run().series

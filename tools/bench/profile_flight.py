@@ -1,11 +1,14 @@
 #!/usr/bin/env python3
-"""Where the CPU time of a flight goes, by part, for one and three quadrotors, beside the bare Drake step of the same plant.
+"""CPU time of a flight by part, for one and three quadrotors, and of the bare Drake step.
 
-A flight is the transport task (25 s: lift, approach, two turns of a 1 m circle in 12 s, 5 s of hover, 1 cm of noise on the measured position)
-of the box 68x61x28 by the MPC that knows the centre of mass. It is flown once as it is, for speed and the MPC's step, and once with
-a clock around every part. The bare step is that of a plant with the same bodies, cables and geometries and nothing else but constant forces,
-from states of that flight. Beside it stands a step of the station without a controller: the same plant with its propellers, cables, attitude
-loop, sensors and logs, hanging still under constant thrusts. All times are CPU times of the one thread that flies.
+A flight is the transport task (25 s: lift, approach, two turns of a 1 m circle in 12 s, 5 s of
+hover, 1 cm of noise on the measured position) of the box 68x61x28 by the MPC with the true centre
+of mass. It is simulated once for speed and the MPC's step, and once with a clock around every part.
+
+The bare step is that of a plant with the same bodies, cables and geometries under constant forces,
+from states of that flight. The station's step is that of the same plant with its propellers,
+cables, attitude loop, sensors and logs, at rest under constant thrusts, without a controller. All
+times are CPU times of one thread.
 
     tools/run python tools/bench/profile_flight.py
     tools/run python tools/bench/profile_flight.py --n 3 --seed 7
@@ -29,9 +32,10 @@ from pydrake.systems.framework import DiagramBuilder
 
 import drake_aerial.control.controller as controller
 import drake_aerial.control.mpc.payload_mpc as mpc
+import drake_aerial.control.mpc.tracking_cost as cost
 import drake_aerial.simulation.flight as flight
 from drake_aerial.control.attitude import AttitudeController
-from drake_aerial.estimation.state_sensor import PayloadPerception
+from drake_aerial.estimation.state_sensor import StateSensor
 from drake_aerial.plant.cable import add_cable
 from drake_aerial.plant.cable_forces import CableTensions, GripperRelease
 from drake_aerial.plant.gripper import add_gripper
@@ -40,10 +44,11 @@ from drake_aerial.plant.payload_body import add_payload
 from drake_aerial.plant.quadrotor import add_quadrotor
 from drake_aerial.plant.world import add_ground, add_plant
 from drake_aerial.references.trajectory import HoverTrajectory
+from drake_aerial.simulation.flight_options import FlightOptions
 from drake_aerial.simulation.outcome import FlightMonitor
 from drake_aerial.simulation.station import TransportStation, make_transport_station
 from drake_aerial.simulation.station_parameters import StationParameters
-from drake_aerial.simulation.suspended_payload import Suspension
+from drake_aerial.simulation.suspended_payload import SuspendedPayload
 from drake_aerial.statics.gravity import GRAVITY
 
 CONTACTS = {
@@ -52,30 +57,31 @@ CONTACTS = {
 }
 SPEED_WANTED, STEP_WANTED = {1: 12.0, 3: 8.0}, {1: 1.0, 3: 2.5}
 SNAPSHOTS = (7.0, 9.0, 11.0, 13.0, 15.0, 17.0, 19.0, 23.0)
-"""Times of a flight [s] whose states the bare plant is timed from."""
+"""Times of a flight [s] at whose states the bare plant is timed."""
 
 DRAKE = "Drake: step, propellers, logs, events"
-# Label, owner, attribute; the owner's attribute is replaced by itself with a clock around it.
+# Label, owner, attribute; a clock is put around the attribute.
 PARTS: list[tuple[str, Any, str]] = [
     ("prepare: place, reference, monitor", TransportStation, "place"),
     ("prepare: place, reference, monitor", FlightMonitor, "__init__"),
     (DRAKE, flight.Simulator, "AdvanceTo"),
     ("attitude and allocation", AttitudeController, "_calc_commands"),
-    ("perception", PayloadPerception, "_sample"),
+    ("perception", StateSensor, "_sample"),
     ("tensions", CableTensions, "_calc"),
     ("monitor: release of grippers", GripperRelease, "__call__"),
     ("monitor: outcome", FlightMonitor, "__call__"),
-    ("tick: ports, filter, take-off", controller.PayloadController, "_tick"),
-    ("MPC: last plan, measured state", mpc.PayloadMpc, "_fly"),
+    ("control step: ports, filter, take-off", controller.PayloadController, "_control_step"),
+    ("MPC: last plan, measured state", mpc.PayloadMpc, "compute_thrusts"),
     ("MPC: reference", mpc, "reference_table"),
     ("MPC: reference", mpc.ReferenceTable, "at"),
     ("MPC: linearisation", mpc, "linearize"),
     ("MPC: discretisation", mpc, "discretize"),
     ("MPC: change of chart", mpc, "change_chart"),
     ("MPC: cost", mpc.PayloadMpc, "_improve"),
-    ("MPC: cost", mpc.PayloadMpc, "_terminal_cost"),
+    ("MPC: cost", cost.TrackingCost, "quadratic"),
+    ("MPC: cost", cost.TrackingCost, "terminal"),
     ("MPC: condensing", mpc.CondensedProblem, "condense"),
-    ("MPC: quadratic program", mpc.PayloadMpc, "_solve"),
+    ("MPC: quadratic program", mpc.BoxProgram, "solve"),
     ("MPC: new plan", mpc.CondensedProblem, "expand"),
     ("MPC: new plan", mpc, "retract"),
     ("series and metrics", flight, "record"),
@@ -84,7 +90,7 @@ PARTS: list[tuple[str, Any, str]] = [
 
 
 class Clock:
-    """CPU seconds and calls by label; what one part spends inside another counts for the other alone."""
+    """CPU seconds and calls by label; time in a nested part counts for the nested part only."""
 
     def __init__(self) -> None:
         self.seconds: defaultdict[str, float] = defaultdict(float)
@@ -138,23 +144,27 @@ def profile(n: int, seed: int, options: dict[str, Any]) -> None:
     steps = round(metrics.get("duration_s", subject.trajectory.duration) / StationParameters().step)
 
     print(
-        f"\n{n} quadrotor(s), seed {seed}: {metrics['outcome']}, RMSE {100 * metrics['position_rmse_m']:.2f} cm"
+        f"\n{n} quadrotor(s), seed {seed}: {metrics['outcome']}, "
+        f"RMSE {100 * metrics['position_rmse_m']:.2f} cm"
     )
     print(
-        f"  {speed:.2f} simulated s per CPU s (wanted {SPEED_WANTED[n]:g}); whole trial {total:.2f} CPU s"
+        f"  {speed:.2f} simulated s per CPU s (wanted {SPEED_WANTED[n]:g}); "
+        f"whole trial {total:.2f} CPU s"
     )
     print(
-        f"  MPC step {step['mean']:.2f} ms mean (wanted {STEP_WANTED[n]:g}), p99 {step['p99']:.2f} ms"
+        f"  MPC step {step['mean']:.2f} ms mean (wanted {STEP_WANTED[n]:g}), "
+        f"p99 {step['p99']:.2f} ms"
     )
     print(f"  {'part':<40}{'calls':>7}{'us/call':>9}{'s':>7}{'%':>6}")
     order = list(dict.fromkeys(label for label, _, _ in PARTS))
     for label in order:
         if clock.calls[label]:
             seconds, calls = clock.seconds[label], clock.calls[label]
-            print(
-                f"  {label:<40}{calls:>7}{1e6 * seconds / calls:>9.1f}{seconds:>7.2f}{100 * seconds / timed_total:>6.1f}"
-            )
-    control = sum(clock.seconds[label] for label in order if label.startswith(("MPC", "tick")))
+            each, share = 1e6 * seconds / calls, 100 * seconds / timed_total
+            print(f"  {label:<40}{calls:>7}{each:>9.1f}{seconds:>7.2f}{share:>6.1f}")
+    control = sum(
+        clock.seconds[label] for label in order if label.startswith(("MPC", "control step"))
+    )
     outside = sum(
         clock.seconds[label] for label in order if label.startswith(("prepare", "series"))
     )
@@ -163,7 +173,8 @@ def profile(n: int, seed: int, options: dict[str, Any]) -> None:
     station = station_step(n)
     print(f"  step of the plant: bare {1e6 * bare:.0f} us")
     print(
-        f"    with our systems, no controller {1e6 * station:.0f} us, {station / bare:.2f} times (wanted 1.5)"
+        f"    with our systems, no controller {1e6 * station:.0f} us, "
+        f"{station / bare:.2f} times (wanted 1.5)"
     )
     print(
         f"    in flight, all but the controller {1e6 * plant:.0f} us, {plant / bare:.2f} times",
@@ -172,19 +183,21 @@ def profile(n: int, seed: int, options: dict[str, Any]) -> None:
 
 
 def make_flight(n: int, options: dict[str, Any]) -> flight.Flight:
-    """Return the flight that is profiled."""
+    """Return the flight to profile."""
     box = Payload.read("box_68x61x28")
     return flight.Flight(
-        Suspension.hang(box, CONTACTS[n], [[0.0, 0.0, 1.0]] * n),
-        belief="true",
-        controller_options=options,
+        SuspendedPayload.from_contacts(box, CONTACTS[n], [[0.0, 0.0, 1.0]] * n),
+        FlightOptions(belief="true", controller_options=options),
     )
 
 
 def fly_with_clock(
     n: int, seed: int, options: dict[str, Any], clock: Clock, states: list[np.ndarray]
 ) -> float:
-    """Fly with a clock around every part; return the CPU seconds and fill `states` with the plant's at `SNAPSHOTS`."""
+    """Return the CPU seconds of a flight with a clock around every part.
+
+    `states` is filled with the plant's states at `SNAPSHOTS`.
+    """
     kept = [(owner, name, owner.__dict__[name]) for _, owner, name in PARTS]
     look, due = FlightMonitor.__call__, list(SNAPSHOTS)
 
@@ -211,11 +224,13 @@ def fly_with_clock(
 
 
 def bare_step(n: int, states: list[np.ndarray], steps: int = 100) -> float:
-    """Return the CPU seconds of a step of the plant alone, in a diagram with its scene graph only."""
+    """Return the CPU seconds of a step of the plant alone, with its scene graph only."""
     builder, parameters = DiagramBuilder(), StationParameters()
     plant, _ = add_plant(builder, parameters.step)
     add_ground(plant)
-    suspension = Suspension.hang(Payload.read("box_68x61x28"), CONTACTS[n], [[0.0, 0.0, 1.0]] * n)
+    suspension = SuspendedPayload.from_contacts(
+        Payload.read("box_68x61x28"), CONTACTS[n], [[0.0, 0.0, 1.0]] * n
+    )
     payload = add_payload(plant, suspension.payload)
     quadrotors = [add_quadrotor(plant, name=f"quadrotor_{i}") for i in range(n)]
     for i, quadrotor in enumerate(quadrotors):
@@ -243,7 +258,9 @@ def bare_step(n: int, states: list[np.ndarray], steps: int = 100) -> float:
 
 def station_step(n: int, seconds: float = 1.0, times: int = 8) -> float:
     """Return the CPU seconds of a step of the station whose thrusts are constant, no controller inside."""
-    suspension = Suspension.hang(Payload.read("box_68x61x28"), CONTACTS[n], [[0.0, 0.0, 1.0]] * n)
+    suspension = SuspendedPayload.from_contacts(
+        Payload.read("box_68x61x28"), CONTACTS[n], [[0.0, 0.0, 1.0]] * n
+    )
     station = make_transport_station(suspension.payload, suspension.p_LC, suspension.normal_L)
     spent = []
     for _ in range(times):
@@ -274,7 +291,7 @@ def _push(
 
 
 def make_options(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return the controller's options that were given."""
+    """Return the given options of the controller."""
     return {} if arguments.stages is None else {"stages": arguments.stages}
 
 
@@ -289,7 +306,7 @@ def parse() -> argparse.Namespace:
         help="quadrotors",
     )
     parser.add_argument("--seed", type=int, default=100)
-    parser.add_argument("--stages", type=int, help="of the MPC's horizon (default: its own)")
+    parser.add_argument("--stages", type=int, help="stages of the MPC's horizon")
     return parser.parse_args()
 
 

@@ -30,8 +30,9 @@ from drake_aerial.plant.gripper import GripperParameters
 from drake_aerial.plant.quadrotor import QuadrotorParameters
 from drake_aerial.references.trajectory import HoverTrajectory
 from drake_aerial.simulation.flight import Flight
+from drake_aerial.simulation.flight_options import FlightOptions
 from drake_aerial.simulation.outcome import OUTCOMES
-from drake_aerial.simulation.suspended_payload import Suspension
+from drake_aerial.simulation.suspended_payload import SuspendedPayload
 
 BATCH = 25
 """Stations a process: Drake never frees a diagram that holds Python systems."""
@@ -119,10 +120,10 @@ def run(number: int) -> dict[str, Any]:
     try:
         options = draw(number)
         payload, contacts = options.pop("payload"), options.pop("contacts")
-        suspension = Suspension.hang(
+        suspension = SuspendedPayload.from_contacts(
             payload, contacts, np.tile([0.0, 0.0, 1.0], (len(contacts), 1))
         )
-        metrics = Flight(suspension, **options).run(number).metrics
+        metrics = Flight(suspension, FlightOptions(**options)).run(number).metrics
         ended, why = metrics["outcome"], metrics["outcome_reason"]
         json.dumps(metrics, allow_nan=False)
     except (InputError, JobError) as refusal:

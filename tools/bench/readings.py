@@ -18,7 +18,8 @@ from drake_aerial.errors import DrakeAerialError
 from drake_aerial.plant.quadrotor import QuadrotorParameters
 from drake_aerial.references.trajectory import TransportTrajectory
 from drake_aerial.simulation.flight import Flight
-from drake_aerial.simulation.suspended_payload import Suspension
+from drake_aerial.simulation.flight_options import FlightOptions
+from drake_aerial.simulation.suspended_payload import SuspendedPayload
 from drake_aerial.skill.parameters import LearningParameters
 
 FIRST_SEED = 100
@@ -56,9 +57,9 @@ def contacts(
 def flight(label: str, seeds: int, **options) -> None:
     """Print one row of flight errors."""
     payload = Payload.read("box_68x61x28")
-    suspension = Suspension.hang(payload, [[0.0, 0.0, 0.14]], [[0.0, 0.0, 1.0]])
+    suspension = SuspendedPayload.from_contacts(payload, [[0.0, 0.0, 0.14]], [[0.0, 0.0, 1.0]])
     try:
-        ready = Flight(suspension, **{"belief": "true", **options})
+        ready = Flight(suspension, FlightOptions(**{"belief": "true", **options}))
     except DrakeAerialError as error:
         print(f"{label:34s} refused: {error}", flush=True)
         return

@@ -162,7 +162,7 @@ def pulled(X: Pose, rng: np.random.Generator, examination: Examination) -> Pose 
 
 def astray(rng: np.random.Generator, examination: Examination) -> Pose | None:
     """Return one gripper on a feature where it is infeasible, with a feature at most 5 cm away where it is not."""
-    features = examination.evidence.features.pose
+    features = examination.query.scan.features.pose
     for i in rng.permutation(len(features.p))[:300]:
         X = features.take([i])
         if not examination.reasons(X):
@@ -179,15 +179,15 @@ def measure(row: Row, seed: int, repeats: int, solver: str) -> None:
     cloud, _ = row.scan(rng)
     skill = row.skill()
     solutions = transfer(skill, cloud, seed=seed)
-    evidence = solutions.evidence
-    assert evidence is not None
+    query = solutions.query
+    assert query is not None
     wall, cpu = time.perf_counter(), time.process_time()
     refine(skill, solutions, solver=solver, merge=False)
     row.wall.append((time.perf_counter() - wall) / len(solutions))
     row.cpu.append((time.process_time() - cpu) / len(solutions))
     for seed_ in solutions.solutions:
         # Each seed beside its own refinement.
-        own = refine_one(skill, evidence, seed_, solver=solver)
+        own = refine_one(skill, query, seed_, solver=solver)
         if seed_.feasible:
             row.gain.append(own.log_likelihood - seed_.log_likelihood if own.feasible else -np.inf)
         else:
@@ -196,8 +196,8 @@ def measure(row: Row, seed: int, repeats: int, solver: str) -> None:
                 f"annealed: {before} -> {after}" for before, after in [(seed_.reasons, own.reasons)]
             ]
 
-    examination = Examination(evidence, TransferParameters())
-    X_NS = invert(evidence.X_SN)
+    examination = Examination(query, TransferParameters())
+    X_NS = invert(query.scan.X_SN)
     for solution in solutions.solutions * repeats:
         X = X_NS @ solution.X_SG
         if examination.reasons(X):
@@ -215,7 +215,7 @@ def measure(row: Row, seed: int, repeats: int, solver: str) -> None:
             if pose is None or not examination.reasons(pose):
                 continue
             begin = time.process_time()
-            found = refine_one(skill, evidence, examination.solution(pose), solver=solver)
+            found = refine_one(skill, query, examination.solution(pose), solver=solver)
             row.rescue_cpu.append(time.process_time() - begin)
             row.rescued.setdefault(name, []).append(found.feasible)
             row.left += [f"{name}: {reason}" for reason in found.reasons]

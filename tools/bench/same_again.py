@@ -26,7 +26,7 @@ from scans import box_query, curved_mesh, curved_query, mesh_query
 
 import drake_aerial as da
 from drake_aerial.simulation.flight import Flight
-from drake_aerial.simulation.suspended_payload import Suspension
+from drake_aerial.simulation.suspended_payload import SuspendedPayload
 
 METHODS = ("task", "paper", "kopicki", "centroid")
 ROWS = {
@@ -59,7 +59,7 @@ def compute(folder: Path, rows: list[str], flights: list[int], out: Path) -> Non
             document = {key: value for key, value in solutions.to_dict().items() if key != "timing"}
             (out / f"{row}.{method}.json").write_text(json.dumps(document))
     for n in flights:
-        held = Suspension.hang(
+        held = SuspendedPayload.from_contacts(
             da.Payload.read("box_68x61x28"), CONTACTS[n], np.tile([0.0, 0.0, 1.0], (n, 1))
         )
         result = Flight(held).run(7)

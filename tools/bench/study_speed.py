@@ -31,8 +31,8 @@ ALONE = """
 import time
 from drake_aerial import Payload
 from drake_aerial.simulation.flight import Flight
-from drake_aerial.simulation.suspended_payload import Suspension
-flight = Flight(Suspension.hang(Payload.read("box_68x61x28"), [[0.0, 0.0, 0.14]], [[0.0, 0.0, 1.0]]))
+from drake_aerial.simulation.suspended_payload import SuspendedPayload
+flight = Flight(SuspendedPayload.from_contacts(Payload.read("box_68x61x28"), [[0.0, 0.0, 0.14]], [[0.0, 0.0, 1.0]]))
 flight.run(0)
 began = time.perf_counter()
 for seed in range(1, 6):

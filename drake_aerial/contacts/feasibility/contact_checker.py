@@ -6,10 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from drake_aerial.contacts.contact_query import Evidence
-from drake_aerial.contacts.feasibility.local_surface import LocalSurface
+from drake_aerial.contacts.contact_query import ContactQuery
 from drake_aerial.contacts.feasibility.reasons import reasons_against
-from drake_aerial.contacts.likelihood.contact_likelihood import ContactLikelihood
 from drake_aerial.contacts.parameters import TransferParameters
 from drake_aerial.contacts.solutions import Solution
 from drake_aerial.errors import InputError
@@ -24,26 +22,26 @@ class Examination:
 
     Parameters
     ----------
-    evidence : Evidence
-        What a transfer left.
+    query : ContactQuery or None
+        Scan and densities of a transfer: `ContactSolutions.query`.
     parameters : TransferParameters
         Limits.
 
     Raises
     ------
     InputError
-        If the evidence has no likelihood.
+        If `query` is None.
     """
 
-    def __init__(self, evidence: Evidence, parameters: TransferParameters):
-        if evidence.likelihood is None:
+    def __init__(self, query: ContactQuery | None, parameters: TransferParameters):
+        if query is None:
             raise InputError(
-                "the method centroid has no likelihood, so that nothing can be refined; accepted: others"
+                "`query` must hold the densities of a transfer, got None; contacts.json does not "
+                "hold them and method `centroid` has none, so refine what `transfer` returns"
             )
-        self.evidence, self.parameters = evidence, parameters
-        self.likelihood: ContactLikelihood = evidence.likelihood
-        self.surface = LocalSurface(evidence.features)
-        self.centre = evidence.hull.centroid
+        self.query, self.parameters = query, parameters
+        self.likelihood, self.surface = query.likelihood, query.scan.surface
+        self.centre = query.scan.hull.centroid
 
     def gaps(self, X_NG: Pose) -> Array:
         """Return the distances (n,) of grippers from the nearest points of the cloud [m]."""
@@ -71,7 +69,7 @@ class Examination:
 
     def solution(self, X_NG: Pose, rank: int = 1) -> Solution:
         """Return the solution with grippers X_NG (n,), in the cloud's frame S."""
-        X_SN, reasons = self.evidence.X_SN, self.reasons(X_NG)
+        X_SN, reasons = self.query.scan.X_SN, self.reasons(X_NG)
         _, normal, _ = self.surface.set_down(X_NG)
         return Solution(
             rank=rank,

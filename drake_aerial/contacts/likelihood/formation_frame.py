@@ -1,4 +1,4 @@
-"""The formation frame that fits grippers, and how it moves with them."""
+"""The formation frame that fits one configuration of grippers, with derivatives."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ import numpy as np
 from drake_aerial.geometry import Array, Pose, axis_of, cross
 from drake_aerial.skill.configuration_model import ConfigurationModel
 
-# Squared length of the yaw's resultant below which the yaw is undefined, and taken as fixed.
+# Squared length of the yaw's resultant below which the yaw is undefined; its derivative is then 0.
 _UNDEFINED = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
 class FormationFrame:
-    """Origin and yaw, as `ConfigurationModel.formation_frames` gives them, of one configuration, with derivatives.
+    """Formation frame of one configuration, as of `ConfigurationModel.formation_frames`.
 
     Attributes
     ----------
     origin : (3,) array
         The mean gripper position in N [m].
     yaw : float
-        [rad].
+        Yaw in N [rad].
     yaw_by_p : (n, 3) array
         Derivatives of the yaw by gripper positions [rad/m].
     yaw_by_w : (n, 3) array
-        Derivatives of the yaw by rotation vectors w in N of exp(w) R_NG.
+        Derivatives of the yaw by rotation vectors w in N of exp(w) R_NG (dimensionless).
     """
 
     origin: Array
@@ -42,7 +42,7 @@ class FormationFrame:
 
 
 class FormationFrames:
-    """Formation frames of a configuration model, grippers of one configuration at a time.
+    """Formation frames under one configuration model, for one configuration at a time.
 
     Parameters
     ----------
@@ -67,13 +67,13 @@ class FormationFrames:
         self._last: tuple[Pose, FormationFrame] | None = None
 
     def __call__(self, X_NG: Pose) -> FormationFrame:
-        """Return the frame of grippers X_NG (n,), N's z up; at once for the very object of the last call."""
+        """Return the frame of grippers X_NG (n,) in N; cached for the object of the last call."""
         if self._last is None or self._last[0] is not X_NG:
             self._last = X_NG, self._frame(X_NG)
         return self._last[1]
 
     def _frame(self, X_NG: Pose) -> FormationFrame:
-        # The moments are centred: the grippers' origin makes no difference.
+        # The moments are centred, so that the mean of the grippers drops out.
         cosine, sine = np.sum(self._c_p * X_NG.p), np.sum(self._s_p * X_NG.p)
         c_w, s_w = np.zeros((2, *X_NG.p.shape))
         for axis, c, s in self._axes:
@@ -91,11 +91,11 @@ class FormationFrames:
 
 
 def about_z(v: Array) -> Array:
-    """Return e_z x v (..., 3): how vectors v change with a turn about the vertical, per rad."""
+    """Return e_z x v (..., 3), the derivative of vectors v by a turn about the vertical [1/rad]."""
     return np.stack([-v[..., 1], v[..., 0], np.zeros(v.shape[:-1])], axis=-1)
 
 
 def _moments(reference: Array, weight: float) -> tuple[Array, Array]:
-    """Return the vectors (n, 3) whose products with the moved ones are the yaw's cosine and sine parts."""
+    """Return vectors (n, 3) whose products with grippers give the yaw's cosine and sine parts."""
     level = weight * reference * [1.0, 1.0, 0.0]
     return level, about_z(level)

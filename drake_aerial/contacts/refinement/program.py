@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from drake_aerial.contacts.contact_query import Evidence
+from drake_aerial.contacts.contact_query import ContactQuery
 from drake_aerial.contacts.feasibility.contact_checker import Examination
 from drake_aerial.contacts.feasibility.reasons import load_shares
 from drake_aerial.contacts.likelihood.formation_frame import FormationFrames
@@ -82,8 +82,8 @@ class ContactProgram:
     ----------
     skill : ContactSkill
         What was learnt.
-    evidence : Evidence
-        What the transfer left: `ContactSolutions.evidence`.
+    query : ContactQuery or None
+        Scan and densities of the transfer: `ContactSolutions.query`.
     solution : Solution or Pose
         The seed: a solution of that transfer, or any grippers X_SG, batch (n,).
     parameters : TransferParameters, optional
@@ -93,19 +93,19 @@ class ContactProgram:
     start : Pose, optional
         Grippers X_SG (n,) of the initial guess; the seed by default.
     examination : Examination, optional
-        Of the same evidence and parameters, where several programs share one.
+        Of the same query and parameters, where several programs share one.
 
     Raises
     ------
     InputError
-        If the evidence has no likelihood, or the numbers of grippers differ.
+        If `query` is None, or the numbers of grippers differ.
 
     Examples
     --------
     >>> from drake_aerial import ContactProgram, read_scan, read_skill, transfer
     >>> skill = read_skill("flat")
     >>> contacts = transfer(skill, read_scan("box_68x68x28"), top=1)
-    >>> program = ContactProgram(skill, contacts.evidence, contacts[0])
+    >>> program = ContactProgram(skill, contacts.query, contacts[0])
     >>> constraint = program.prog().AddLinearConstraint(program.positions()[0, 0] >= 0.05)  # keep to positive x
     >>> round(float(program.solve().solution.X_SG.p[0, 0]), 3)
     0.05
@@ -114,7 +114,7 @@ class ContactProgram:
     def __init__(
         self,
         skill: ContactSkill,
-        evidence: Evidence,
+        query: ContactQuery | None,
         solution: Solution | Pose,
         *,
         parameters: TransferParameters | None = None,
@@ -129,11 +129,11 @@ class ContactProgram:
             )
         if not reach > 0.0:
             raise InputError(f"reach should be a positive length in metres, got {reach}")
-        self._examination = examination or Examination(evidence, parameters or TransferParameters())
+        self._examination = examination or Examination(query, parameters or TransferParameters())
         self._frames = FormationFrames(self._examination.likelihood.configuration)
         self._seed = Pose(np.asarray(X_SG.p, float), quat_normalize(X_SG.q))
         self._axial, self._reach = skill.parameters.axial, reach
-        self._variables = GripperVariables(evidence.X_SN)
+        self._variables = GripperVariables(self._examination.query.scan.X_SN)
         self._build(start or self._seed)
 
     def prog(self) -> MathematicalProgram:
@@ -252,7 +252,7 @@ class ContactProgram:
 
     def _add_constraints(self, n: int, X_NG: Pose) -> None:
         examination, everything = self._examination, self.gripper_variables()
-        parameters, features = examination.parameters, examination.evidence.features
+        parameters, features = examination.parameters, examination.query.scan.features
         surface = examination.surface
         seed_N = invert(self._variables.X_SN) @ self._seed
         largest_gap = max(parameters.off_surface, surface.hole) - 5e-4

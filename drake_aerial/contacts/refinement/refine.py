@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from drake_aerial.contacts.contact_query import Evidence
+from drake_aerial.contacts.contact_query import ContactQuery
 from drake_aerial.contacts.feasibility.contact_checker import Examination
 from drake_aerial.contacts.parameters import TransferParameters
 from drake_aerial.contacts.refinement.program import REACH, ContactProgram
@@ -49,7 +49,7 @@ def refine(
     skill : ContactSkill
         What was learnt.
     solutions : ContactSolutions
-        What `transfer` returned with this skill, with its evidence.
+        What `transfer` returned with this skill, with its `query`.
     parameters : TransferParameters, optional
         Limits of feasibility; those of the transfer.
     solver : str
@@ -73,7 +73,7 @@ def refine(
     Raises
     ------
     InputError
-        If the solutions carry no evidence (they were read from a file), no likelihood (`centroid`), come from a skill
+        If the solutions have no `query` (they were read from a file, or are of `centroid`), come from a skill
         of another number of grippers, the solver is unknown, or `top` is less than 1.
 
     Examples
@@ -84,18 +84,13 @@ def refine(
     >>> bool(refine(skill, contacts).best.log_likelihood >= contacts.best.log_likelihood)
     True
     """
-    if solutions.evidence is None:
-        raise InputError(
-            "these solutions carry no evidence to refine them by (contacts.json does not hold it); "
-            "refine what transfer returns"
-        )
     if top is not None and top < 1:
         raise InputError(f"top should be at least 1, got {top}")
     wanted = len(solutions) if top is None else top
     parameters = parameters or TransferParameters()
     report = progress or (lambda fraction, what: None)
     begin = time.perf_counter()
-    examination = Examination(solutions.evidence, parameters)
+    examination = Examination(solutions.query, parameters)
     refined = []
     for k, seed in enumerate(solutions.solutions):
         report(k / len(solutions), "refinement")
@@ -118,7 +113,7 @@ def refine(
 
 def refine_one(
     skill: ContactSkill,
-    evidence: Evidence,
+    query: ContactQuery | None,
     seed: Solution,
     *,
     parameters: TransferParameters | None = None,
@@ -127,7 +122,7 @@ def refine_one(
 ) -> Solution:
     """Return the refinement of one solution, or the solution itself where nothing better is found; as `refine`."""
     return _refined(
-        skill, Examination(evidence, parameters or TransferParameters()), seed, solver, reach
+        skill, Examination(query, parameters or TransferParameters()), seed, solver, reach
     )
 
 
@@ -138,7 +133,7 @@ def _further_seeds(
 
     The list may grow meanwhile. Grippers are taken for interchangeable.
     """
-    chains, X_NS = examination.evidence.chains, invert(examination.evidence.X_SN)
+    chains, X_NS = examination.query.chains, invert(examination.query.scan.X_SN)
     if chains is None:
         return
     away, seen = np.full(len(chains.p), np.inf), 0
@@ -165,10 +160,15 @@ def _apart(a: Array, b: Array) -> Array:
 def _refined(
     skill: ContactSkill, examination: Examination, seed: Solution, solver: str, reach: float
 ) -> Solution:
-    evidence, best = examination.evidence, seed
+    query, best = examination.query, seed
     for start in _starts(examination, seed, reach):
         program = ContactProgram(
-            skill, evidence, seed, reach=reach, start=evidence.X_SN @ start, examination=examination
+            skill,
+            query,
+            seed,
+            reach=reach,
+            start=query.scan.X_SN @ start,
+            examination=examination,
         )
         found = program.solve(solver, iterations=_ITERATIONS).solution
         if not found.feasible:
@@ -185,7 +185,7 @@ def _starts(examination: Examination, seed: Solution, reach: float) -> Iterator[
     """Yield initial guesses in N: the seed set down on the surface, grippers that cannot stand there on footholds; then
     the seed set down as it is, if that differs.
     """
-    X_NG, _, _ = examination.surface.set_down(invert(examination.evidence.X_SN) @ seed.X_SG)
+    X_NG, _, _ = examination.surface.set_down(invert(examination.query.scan.X_SN) @ seed.X_SG)
     standing = _on_footholds(examination, X_NG, reach)
     yield standing
     if standing is not X_NG:
@@ -194,7 +194,7 @@ def _starts(examination: Examination, seed: Solution, reach: float) -> Iterator[
 
 def _on_footholds(examination: Examination, X_NG: Pose, reach: float) -> Pose:
     """Return grippers (n,) of which those that cannot stand where they are stand on features nearby that let them."""
-    features, X = examination.evidence.features, X_NG
+    features, X = examination.query.scan.features, X_NG
     upward = features.normal[:, 2] > np.sin(examination.parameters.min_elevation)
     for k in range(len(X.p)):
         if not examination.reasons_of_one(X, k):

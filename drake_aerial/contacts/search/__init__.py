@@ -1,1 +1,1 @@
-"""The search for the maxima of J: starts, annealing, selection of distinct solutions."""
+"""The search for maxima of J: initial configurations, annealing, distinct solutions."""

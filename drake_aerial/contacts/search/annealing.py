@@ -29,8 +29,9 @@ def anneal(
 ) -> tuple[Pose, Array]:
     """Maximise a log-likelihood over n poses by Metropolis chains that cool down.
 
-    Steps shrink with the square root of the temperature. After a tenth of the steps only the best chains go
-    on. With several grippers, steps move in turn the formation as a whole and every gripper alone.
+    Steps shrink with the square root of the temperature. After a tenth of the steps only the best
+    chains continue. With several grippers, steps alternate between moves of the whole formation and
+    moves of each gripper by itself.
 
     Parameters
     ----------
@@ -41,14 +42,14 @@ def anneal(
     parameters : TransferParameters
         Steps, chains, temperatures.
     rng : numpy.random.Generator
-        Draws the steps.
+        Random generator; it draws the steps.
     progress : callable, optional
-        Called now and then with the fraction of the steps that are done.
+        Called now and then with the fraction of the steps done.
 
     Returns
     -------
     best : Pose
-        The best pose that each remaining chain has seen, batch (chains, n).
+        The most likely configuration of each remaining chain, batch (chains, n).
     log_j : (chains,) array
         Their log-likelihoods, best first.
     """

@@ -1,4 +1,4 @@
-"""Choosing distinct solutions among the chains' ends."""
+"""Selection of distinct solutions among the ends of annealing chains."""
 
 from __future__ import annotations
 
@@ -6,18 +6,17 @@ import numpy as np
 
 from drake_aerial.geometry import Array, Pose
 
-# Cables whose lengths differ by less are equally long [m].
+# Difference in length below which two cables are equally long [m].
 _SAME_LENGTH = 1e-3
 
 
 def distinct(
     X_NG: Pose, log_j: Array, top: int, distance: float, cable_length: Array | None = None
 ) -> np.ndarray:
-    """Return the indices of at most `top` solutions, the likeliest first, that are not the same as a
-    likelier one.
+    """Return the indices of at most `top` distinct configurations, the likeliest first.
 
-    Two configurations of n grippers are the same if their grippers can be paired, each once, so that every pair is
-    nearer than `distance` [m]. Equal grippers, those on equally long cables, are interchangeable.
+    Two configurations are the same if their grippers can be paired, each once, so that all pairs
+    are nearer than `distance`. Grippers on equally long cables are interchangeable.
 
     Parameters
     ----------
@@ -25,8 +24,12 @@ def distinct(
         Configurations, batch (K, n).
     log_j : (K,) array
         Their log-likelihoods.
+    top : int
+        Largest number of indices.
+    distance : float
+        Distance between paired grippers from which on configurations differ [m].
     cable_length : (n,) array, optional
-        The grippers' cable lengths [m]; None: all grippers are equal.
+        Cable lengths of the grippers [m]. None makes all grippers interchangeable.
     """
     n = X_NG.p.shape[1]
     length = np.zeros(n) if cable_length is None else np.asarray(cable_length, float)

@@ -1,1 +1,1 @@
-"""Votes of salient features for where the contact would be, and what they read from the outline."""
+"""Votes of salient features for the contact, and what they read from outline and heights."""

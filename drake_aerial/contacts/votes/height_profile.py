@@ -1,4 +1,4 @@
-"""How high and low an object's upper side goes: what says how far apart in height grippers of one formation may stand."""
+"""The height profile of an object's top surface, which bounds height differences in a formation."""
 
 from __future__ import annotations
 
@@ -9,58 +9,73 @@ from numpy.typing import ArrayLike
 
 from drake_aerial.geometry import Array
 
-# Parts of the upper side at which its height is compared.
-_PARTS = np.linspace(0.02, 0.98, 49)
-# Least side of a column, in distances to the nearest point: some ten points of every level it goes through. In a smaller
-# one a sparse scan shows the bottom by chance.
-_SPACINGS = 6.5
+# Fractions of the visible area at which heights are compared.
+_QUANTILES = np.linspace(0.02, 0.98, 49)
+# Smallest side of a column, in distances between neighbouring points. In a narrower column of a
+# sparse scan the bottom may be the only surface that was sampled.
+_COLUMN_SPACINGS = 6.5
 
 
 @dataclass(frozen=True, eq=False)
-class Relief:
-    """Heights of an object's upper side, seen from above, whatever lies where.
+class HeightProfile:
+    """Quantiles of the height of an object's top surface, seen from above.
 
     Attributes
     ----------
     height : (49,) array
-        Heights below which equal steps of the visible area lie, less their mean [m].
+        Heights at equally spaced quantiles of the visible area, less their mean [m].
     """
 
     height: Array
 
     @classmethod
-    def of_points(cls, points: ArrayLike, cell: float) -> Relief:
-        """Return the relief of a surface's points (N, 3) in a frame whose z is up, the topmost of every `cell` [m], or of
-        larger ones where the scan is sparse.
+    def of_points(cls, points: ArrayLike, cell: float) -> HeightProfile:
+        """Return the profile of the topmost points of vertical columns.
+
+        Parameters
+        ----------
+        points : (N, 3) array
+            Points of the surface in a frame whose z is up [m].
+        cell : float
+            Side of the columns [m]; larger columns are used where the scan is sparse.
         """
         from scipy.spatial import cKDTree
 
         points = np.asarray(points, float)
-        apart, _ = cKDTree(points).query(points, k=2)
-        cell = max(cell, _SPACINGS * float(np.median(apart[:, 1])))
+        spacing, _ = cKDTree(points).query(points, k=2)
+        cell = max(cell, _COLUMN_SPACINGS * float(np.median(spacing[:, 1])))
         column = np.floor((points[:, :2] - points[:, :2].min(axis=0)) / cell).astype(int)
         flat = column[:, 0] * (column[:, 1].max() + 1) + column[:, 1]
         _, index = np.unique(flat, return_inverse=True)
         top = np.full(index.max() + 1, -np.inf)
         np.maximum.at(top, index, points[:, 2])
-        height = np.quantile(top, _PARTS)
+        height = np.quantile(top, _QUANTILES)
         return cls(height - height.mean())
 
-    def stretch_and_spread(self, taught: Relief, scale: float, sigma: float) -> tuple[float, float]:
-        """Return the factor from a taught object's heights to these, and the RMS of what it leaves unexplained [m].
+    def stretch_from(
+        self, demonstrated: HeightProfile, scale: float, sigma: float
+    ) -> tuple[float, float]:
+        """Fit the factor from a demonstrated object's heights to these.
 
         Parameters
         ----------
-        taught : Relief
-            Of the object with the demonstration.
+        demonstrated : HeightProfile
+            Profile of the object with the demonstration.
         scale : float
-            The factor where the taught object is flat: the horizontal one.
+            Factor for a flat demonstrated object: the horizontal one.
         sigma : float
-            Relief up to which an object counts as flat [m].
+            RMS height up to which the demonstrated object counts as flat [m].
+
+        Returns
+        -------
+        stretch : float
+            The factor.
+        residual : float
+            RMS of the heights that the factor leaves unexplained [m].
         """
         flat = sigma**2
-        stretch = (np.mean(self.height * taught.height) + flat * scale) / (
-            np.mean(taught.height**2) + flat
+        stretch = (np.mean(self.height * demonstrated.height) + flat * scale) / (
+            np.mean(demonstrated.height**2) + flat
         )
-        left = self.height - stretch * taught.height
-        return float(stretch), float(np.sqrt(np.mean(left**2)))
+        residual = self.height - stretch * demonstrated.height
+        return float(stretch), float(np.sqrt(np.mean(residual**2)))

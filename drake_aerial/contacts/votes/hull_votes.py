@@ -1,4 +1,4 @@
-"""Votes in hull coordinates: where on the new object the demonstrated contact would be (docs/method.md)."""
+"""Votes in hull coordinates for the demonstrated contact on a new object (docs/method.md)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_aerial.contacts.parameters import TransferParameters
-from drake_aerial.contacts.votes.scan_cuts import Cuts
+from drake_aerial.contacts.votes.scan_cuts import ScanCuts
 from drake_aerial.density.grid_density import GridDensity
 from drake_aerial.density.resampling import systematic_resample
 from drake_aerial.errors import JobError
@@ -20,7 +20,7 @@ from drake_aerial.skill.contact_skill import ContactSkill
 
 @dataclass(frozen=True, eq=False)
 class GravityFeatures:
-    """Salient features in their gravity frames: outward horizontal t, and e = t turned by 90 degrees.
+    """Salient features in their gravity frames: t horizontal and outward, e at +90 degrees of t.
 
     Attributes
     ----------
@@ -29,15 +29,15 @@ class GravityFeatures:
     t : (N, 2) array
         Unit outward horizontal directions.
     strength : (N,) array
-        Size of the descriptor: |r1|, or an edge's for a rim.
+        Saliency: |r1|, or that of an edge for a rim (dimensionless).
     depth : (N,) array
         Relative depth xi = t . (p - m) / h(t) in the hull.
     support : (N,) array
-        The hull's support along t [m].
+        Support of the hull along t [m].
     length, width : (N,) arrays
-        The hull's widths along t and along e [m].
+        Widths of the hull along t and along e [m].
     side : (N,) array
-        Relative place along e between the hull's two limits there, -1 to 1.
+        Relative position along e between the hull's two limits there, -1 to 1.
     """
 
     p: Array
@@ -69,25 +69,27 @@ def turned(t: Array) -> Array:
 
 
 class HullVotes:
-    """The votes of the new cloud's salient features, and their density V over x, y (and yaw for several grippers).
+    """Votes of the new cloud's salient features, and their density V.
+
+    V is a density over x, y and, for several grippers, yaw.
 
     Parameters
     ----------
     skill : ContactSkill
-        What was demonstrated.
+        The learnt skill, for n grippers.
     features : SurfaceFeatures
         Features of the new cloud, in its canonical frame N (z up).
     hull : HorizontalHull
         The new cloud's hull in N.
-    cuts : Cuts
-        Where the scan is cut off. The supports there are lower bounds: the demonstrated proportions complete them,
-        and the cut's own rim does not vote. Used with `support`.
+    cuts : ScanCuts
+        Directions in which the scan is cut off; used with `support`. The hull's supports there are
+        lower bounds: the demonstrated proportions complete them, and rims there do not vote.
     scale : str
-        `support`, `area` or `rigid`.
+        Scale of demonstrated offsets: `support`, `area` or `rigid`.
     parameters : TransferParameters
-        Bandwidths and numbers.
+        Bandwidths and the number of voters.
     rng : numpy.random.Generator
-        Draws the voters.
+        Random generator; it draws the voters.
 
     Attributes
     ----------
@@ -95,10 +97,12 @@ class HullVotes:
         Votes for the formation origin (for one gripper: the gripper) in N [m].
     weights : (M,) array
         Their weights.
+    yaw : (M,) array
+        Their yaws in N [rad], 0 to 2 pi.
+    with_yaw : bool
+        Whether V is a density over yaw too.
     density : GridDensity
         V.
-    scale, cuts : str and Cuts
-        As given.
 
     Raises
     ------
@@ -111,12 +115,11 @@ class HullVotes:
         skill: ContactSkill,
         features: SurfaceFeatures,
         hull: HorizontalHull,
-        cuts: Cuts,
+        cuts: ScanCuts,
         scale: str,
         parameters: TransferParameters,
         rng: np.random.Generator,
     ):
-        self.scale, self.cuts = scale, cuts
         saliency = gravity_saliency(features)
         if scale == "support":
             saliency = np.where(
@@ -140,8 +143,9 @@ class HullVotes:
         )
         log_weight = log_weight - 0.5 * ((depth - old.depth) / parameters.vote_depth) ** 2
         if len(skill) > 1 and not cuts:
-            # A formation's votes must agree on its yaw too, and at one yaw the edges of another outline (a triangle's
-            # on a box) do not cross: one edge's votes, smeared along it, would decide alone. Its own ends bound them.
+            # A formation's votes must agree on its yaw too. At one yaw the edges of another outline
+            # (a triangle's on a box) do not cross: the votes of one edge, smeared along it, would
+            # decide alone. The edge's own ends bound them.
             log_weight = (
                 log_weight - 0.5 * ((new.side[:, None] - old.side) / parameters.vote_depth) ** 2
             )
@@ -152,8 +156,8 @@ class HullVotes:
         self.weights = np.exp(log_weight).ravel()
         self.yaw = (_angle(new.t)[:, None] - _angle(old.t)).ravel() % (2.0 * np.pi)
 
-        # One gripper's yaw is not asked for, yet votes must agree on one: else a site's images under the object's
-        # near-symmetries add up in the middle.
+        # One gripper's yaw is not wanted, yet votes must agree on one: otherwise the images of a
+        # site under the object's near-symmetries add up in the middle.
         self.with_yaw = len(skill) > 1
         self.density = GridDensity(
             np.column_stack([self.positions, self.yaw]),
@@ -166,13 +170,13 @@ class HullVotes:
         )
         if not self.density.total > 1e-12 * len(self.weights):
             raise JobError(
-                "the votes are zero: no salient feature of the new cloud resembles one of the demonstration in "
-                "curvature and depth, so nothing says where on this object the contact belongs; "
-                "method 'control' goes without votes"
+                "the votes are zero: no salient feature of the new cloud resembles one of the "
+                "demonstration in curvature and depth; use method `kopicki`, which has no votes, "
+                "or a skill demonstrated on an object that is more alike"
             )
 
     def log_density(self, origin: Array, yaw: Array) -> Array:
-        """Return log V (...) at formation origins (..., 3) [m] and yaws (...) [rad]; z is ignored."""
+        """Return log V (...) at formation origins (..., 3) [m], z ignored, and yaws (...) [rad]."""
         x = origin[..., :2]
         if self.with_yaw:
             x = np.concatenate([x, yaw[..., None]], axis=-1)
@@ -189,9 +193,9 @@ def _ratios(
     old: GravityFeatures,
     hull: HorizontalHull,
     hull_old: HorizontalHull,
-    cuts: Cuts,
+    cuts: ScanCuts,
 ) -> tuple[Array, Array, Array]:
-    """Return the factors of offsets along t and along e, and the voters' relative depths, each (A, J)."""
+    """Return factors of offsets along t and e, and the voters' relative depths, each (A, J)."""
     depth = np.broadcast_to(new.depth[:, None], (len(new.p), len(old.p)))
     if scale != "support":
         factor = np.sqrt(hull.area / hull_old.area) if scale == "area" else 1.0
@@ -205,6 +209,6 @@ def _ratios(
     completed_across = np.where(
         beside & ~behind, np.maximum(across, new.length[:, None] / old.length), across
     )
-    # Depth is counted from the near side, which the scan does show.
+    # Depth is measured from the near side, which the scan shows.
     gap = (1.0 - depth) * new.support[:, None]
     return completed_along, completed_across, 1.0 - gap / (completed_along * old.support)

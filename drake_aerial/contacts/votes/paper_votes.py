@@ -1,4 +1,4 @@
-"""The paper's votes: rigid task-feature frames found on the new cloud predict gripper poses (docs/method.md)."""
+"""The paper's votes: frames of task features on a new cloud predict gripper poses."""
 
 from __future__ import annotations
 
@@ -21,25 +21,26 @@ def paper_votes(
     parameters: TransferParameters,
     rng: np.random.Generator,
 ) -> PoseDensity:
-    """Return V_n, the density of votes for one gripper's pose in the new cloud's canonical frame N.
+    """Return V_n, the density of votes for one gripper's pose in the new cloud's frame N.
 
-    A feature a of the new cloud is drawn by |r_1a| sum_j w_j N_2(r_a | r_j), a task feature j by its share
-    in that sum; turned within its ambiguity, a's frame carries the vote v_a o (v_j^-1 o L_n).
+    A feature a of the new cloud is drawn with probability proportional to
+    |r_1a| sum_j w_j N_2(r_a | r_j), and a task feature j by its share in that sum. The frame of a,
+    turned at random within its ambiguity, gives the vote v_a o (v_j^-1 o L_n).
 
     Parameters
     ----------
     skill : ContactSkill
-        What was demonstrated.
+        The learnt skill, for n grippers.
     gripper : int
-        Which gripper, 0 to n - 1.
+        Index of the gripper, 0 to n - 1.
     features : SurfaceFeatures
         Features of the new cloud in N.
     size_ratio : float
-        Size of the new object over the demonstrated one's; used where `paper_scale` is set.
+        Size of the new object over that of the demonstrated one; used if `paper_scale` is set.
     parameters : TransferParameters
-        Numbers and bandwidths.
+        Bandwidths and the number of votes.
     rng : numpy.random.Generator
-        Draws features and turns.
+        Random generator; it draws features and turns.
 
     Raises
     ------
@@ -51,15 +52,16 @@ def paper_votes(
     weight = features.saliency * likelihood
     if not weight.sum() > 1e-12 * len(features):
         raise JobError(
-            "the votes are zero: no salient feature of the new cloud has the descriptor of a task feature"
+            "the votes are zero: no salient feature of the new cloud has the curvature of a task "
+            "feature; use method `kopicki`, which has no votes, or another skill"
         )
-    found = features.take(systematic_resample(weight / weight.sum(), parameters.paper_votes, rng))
-    j = task.sample_kernels(found.r, rng)
+    voters = features.take(systematic_resample(weight / weight.sum(), parameters.paper_votes, rng))
+    j = task.sample_kernels(voters.r, rng)
     X_jG = invert(skill.task.features.pose.take(j)) @ skill.X_NG.take(gripper)
     if parameters.paper_scale:
         X_jG = Pose(size_ratio * X_jG.p, X_jG.q)
     return PoseDensity(
-        found.spun(rng) @ X_jG,
+        voters.spun(rng) @ X_jG,
         sigma_p=parameters.vote_sigma,
         sigma_q=parameters.vote_sigma_rotation,
         axial=skill.parameters.axial,

@@ -1,8 +1,8 @@
-"""Where a scan ends though the object goes on: evidence against the hull, read from the scan itself.
+"""Directions in which a scan is cut off although the object goes on.
 
-Seen from above, an object ends at a side where some surface looks that way (a side face, a rounding). Where instead
-the visible surface just stops, in a scan that elsewhere does show the sides and from where that side could have been
-seen, a part is missing: the hull's support there is a lower bound, not a size.
+Seen from above, an object ends where some surface looks outward: a side face or a rounding. A part
+is missing where the visible surface merely stops, in a scan that shows sides elsewhere and on a
+side that the sensor could see. The hull's support is then a lower bound of the object's size.
 """
 
 from __future__ import annotations
@@ -18,35 +18,39 @@ from drake_aerial.features.surface_features import SurfaceFeatures
 from drake_aerial.geometry import Array
 
 _DIRECTIONS = 72
-# Depth of the band along the outline that is looked at, as a part of the features' neighbourhood.
+# Depth of the band of features along the outline, in radii of the features' neighbourhood.
 _BAND = 0.7
-# Cosine above which a surface or a rim looks in a direction.
-_TOWARDS = 0.5
-# Share of the band's features below which no surface closes the object there, and above which rims end it.
-_CLOSED, _ENDED = 0.05, 0.1
-# Share of directions that must be closed before an open one says anything: a top view shows no side at all.
-_SIDES_SHOWN = 0.25
+# Cosine above which a surface or a rim faces a direction.
+_MIN_COSINE = 0.5
+# Share of the band's features that face outward, from which on a side counts as shown.
+_MIN_FACES = 0.05
+# Share of the band's features that are rims, from which on a side may be cut.
+_MIN_RIMS = 0.1
+# Share of directions whose sides must be shown; a top view shows none and has no cuts.
+_MIN_SIDES_SHOWN = 0.25
 
 
 @dataclass(frozen=True, eq=False)
-class Cuts:
+class ScanCuts:
     """Horizontal directions in which a scan is cut off.
 
     Attributes
     ----------
     flags : (72,) bool array
-        Whether the scan is cut in each of so many equally spaced directions, the first along x.
+        Whether the scan is cut in each of 72 equally spaced directions, the first along x.
     """
 
     flags: np.ndarray
 
     @classmethod
-    def none(cls) -> Cuts:
-        """Return that the scan is complete."""
+    def none(cls) -> ScanCuts:
+        """Return the cuts of a complete scan."""
         return cls(np.zeros(_DIRECTIONS, bool))
 
     @classmethod
-    def find(cls, features: SurfaceFeatures, hull: HorizontalHull, viewpoint: Array | None) -> Cuts:
+    def find(
+        cls, features: SurfaceFeatures, hull: HorizontalHull, viewpoint: Array | None
+    ) -> ScanCuts:
         """Find the cuts of a scan.
 
         Parameters
@@ -56,29 +60,31 @@ class Cuts:
         hull : HorizontalHull
             Their hull.
         viewpoint : (3,) array or None
-            The sensor in that frame [m]; a side that it could not see is no evidence. None: seen from all around.
+            Position of the sensor in that frame [m]. Sides that it could not see are not cuts.
+            None if the scan was taken from all around.
         """
         angle = 2.0 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
         t = np.column_stack([np.cos(angle), np.sin(angle)])
         limit = np.max(hull.vertices @ t.T, axis=0)
         band = features.p[:, :2] @ t.T > limit - _BAND * features.rho
         count = np.maximum(band.sum(axis=0), 1)
-        faces = (features.normal[:, :2] @ t.T > _TOWARDS) & ~features.rim[:, None]
-        ends = (outward_direction(features)[:, :2] @ t.T > _TOWARDS) & features.rim[:, None]
-        closing, ending = ((band & part).sum(axis=0) / count for part in (faces, ends))
+        faces = (features.normal[:, :2] @ t.T > _MIN_COSINE) & ~features.rim[:, None]
+        rims = (outward_direction(features)[:, :2] @ t.T > _MIN_COSINE) & features.rim[:, None]
+        faces_share, rims_share = ((band & part).sum(axis=0) / count for part in (faces, rims))
         visible = np.ones(_DIRECTIONS, bool)
         if viewpoint is not None:
             centre = band.T.astype(float) @ features.p[:, :2] / count[:, None]
             visible = np.sum((viewpoint[:2] - centre) * t, axis=1) > 0.0
-        shown = np.mean(closing >= _CLOSED) >= _SIDES_SHOWN
-        # Beams that run into a cut show their sides there as well.
-        return cls((ending >= _ENDED) & (ending > closing) & visible & shown)
+        sides_shown = np.mean(faces_share >= _MIN_FACES) >= _MIN_SIDES_SHOWN
+        # Beams that run into a cut show their sides there as well, hence the comparison.
+        cut = (rims_share >= _MIN_RIMS) & (rims_share > faces_share)
+        return cls(cut & visible & sides_shown)
 
     def __bool__(self) -> bool:
         return bool(self.flags.any())
 
-    def along(self) -> np.ndarray:
-        """Return the unit horizontal direction (2,) that the cuts share most, forwards or backwards."""
+    def axis(self) -> np.ndarray:
+        """Return the unit horizontal axis (2,), of either sign, that the cuts share most."""
         angle = 2.0 * np.pi * np.flatnonzero(self.flags) / _DIRECTIONS
         doubled = 0.5 * np.angle(np.sum(np.exp(2.0j * angle)))
         return np.array([np.cos(doubled), np.sin(doubled)])

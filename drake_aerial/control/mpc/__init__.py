@@ -1,1 +1,1 @@
-"""The model predictive controller: horizon, condensed program, costs, the system itself."""
+"""Model predictive controller: horizon, costs, condensed program, and the LeafSystem."""

@@ -1,31 +1,33 @@
-"""A linear-quadratic control problem over a horizon as a dense program in the inputs alone."""
+"""Condensing: a linear-quadratic problem over a horizon as a dense program in the inputs."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from drake_aerial.dynamics.linearization import DiscreteModel
+from drake_aerial.dynamics.discretization import DiscreteModel
 from drake_aerial.geometry import Array
 
 
 class CondensedProblem:
-    """Buffers for min sum_k 1/2 d_k^T Q_k d_k + q_k^T d_k + 1/2 u_k^T R u_k + r_k^T u_k over d_{k+1} = A d + B u + c.
+    """Condensed form of a linear-quadratic problem, with its buffers.
 
-    d_0 = 0: the horizon begins at the measured state. The Hessian is built backwards through the horizon, in
-    O(N^2) products of small matrices.
+    The problem is min sum_k 1/2 d_k^T Q_k d_k + q_k^T d_k + 1/2 u_k^T R_k u_k + r_k^T u_k over
+    d_{k+1} = A_k d_k + B_k u_k + c_k with d_0 = 0, the measured state. The Hessian is built
+    backwards through the horizon, in O(N^2) products of small matrices.
 
     Parameters
     ----------
     stages, nx, nu : int
-        N, and the sizes of state and input.
+        Number N of steps, and sizes of state and input.
     """
 
     def __init__(self, stages: int, nx: int, nu: int):
         self.N, self.nx, self.nu = stages, nx, nu
         N, width = stages, 1 + stages * nu
-        # d_k = G_k (1, u_0, ..., u_{k-1}): the first column is where the horizon goes without input. A last row (1, 0, ...) lets drifts and
-        # gradients ride along in the products. Block k of the buffer holds the Hessian's rows of u_k, W_k (the cost's derivative by d_k) and
-        # G_{k-1}, so that a step backwards, rows_k and W_k from W_{k+1} and G_k, is one product of one block into the next.
+        # d_k = G_k (1, u_0, ..., u_{k-1}); the first column is the motion without input. A last row
+        # (1, 0, ...) includes drifts and gradients in the products. Block k of the buffer holds the
+        # Hessian's rows of u_k, W_k (derivative of the cost by d_k) and G_{k-1}. A step backwards,
+        # rows_k and W_k from W_{k+1} and G_k, is then one product of one block into the next.
         Y = np.zeros((N + 2, nu + 2 * nx + 1, width))
         Y[1:, -1, 0] = 1.0
         self._rows, self._W = Y[:N, :nu, 1:], Y[N, nu : nu + nx]
@@ -36,7 +38,7 @@ class CondensedProblem:
         self._next = [Y[k + 2, nu + nx : -1, : free[k]] for k in range(N)]
         self._after = [Y[k + 1, nu:, : free[k + 1]] for k in range(N)]
         self._before = [Y[k, : nu + nx, : free[k + 1]] for k in range(N)]
-        # Where the inputs' matrices go in G: in each block one block of columns further to the right.
+        # Places of the inputs' matrices in G: one block of columns further right in each block.
         first = Y[2:, nu + nx : -1, 1:]
         steps = (first.strides[0] + nu * first.strides[2], *first.strides[1:])
         self._new = np.lib.stride_tricks.as_strided(first, (N, nx, nu), steps)
@@ -45,16 +47,16 @@ class CondensedProblem:
     def condense(
         self, model: DiscreteModel, Q: Array, q: Array, R: Array, r: Array
     ) -> tuple[Array, Array]:
-        """Return the Hessian, of which the lower triangle counts, and the gradient (N nu,) at zero input.
+        """Return the Hessian (only its lower triangle) and the gradient (N nu,) at zero input.
 
         Parameters
         ----------
         model : DiscreteModel
-            A, B, c of the N steps.
+            Matrices A, B, c of the N steps.
         Q, q : (N + 1, nx, nx), (N + 1, nx) arrays
             Weights of d_0 (ignored) to d_N.
         R, r : (N, nu), (N, nu) arrays
-            Weights of the inputs; R has diagonals.
+            Weights of the inputs; R holds diagonals.
         """
         N, nx, nu, flow = self.N, self.nx, self.nu, model.flow
         self._new[:] = model.Gamma
@@ -73,5 +75,5 @@ class CondensedProblem:
         return hessian, (self._gradient + r).ravel()
 
     def expand(self, u: Array) -> Array:
-        """Return the states d_0 to d_N (N + 1, nx) that inputs u (N nu,) lead to."""
+        """Return the states d_0 to d_N (N + 1, nx) under inputs u (N nu,)."""
         return self._G @ np.concatenate([[1.0], u])

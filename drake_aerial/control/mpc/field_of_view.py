@@ -1,4 +1,4 @@
-"""How far the payload is outside of the view of each quadrotor's downward camera."""
+"""Violation of the view of each quadrotor's downward camera by the payload, and its penalty."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ from drake_aerial.geometry import Array, skew
 def view_violation(
     model: PayloadModelParameters, x: PayloadState, E: Array, half_angle: float
 ) -> tuple[Array, Array]:
-    """Return by how much the payload is out of view, and the Jacobian on the error state.
+    """Return the violation of the cones of view, and its Jacobian on the error state.
 
-    A camera looks against its quadrotor's thrust. With d the way from quadrotor to L's origin and F the thrust, the
-    violation is cos(half_angle) + d.F / (|d| |F|): zero on the cone of view, positive outside.
+    A camera looks against its quadrotor's thrust. With d the vector from the quadrotor to L's
+    origin and F the thrust, the violation is cos(half_angle) + d.F / (|d| |F|): zero on the cone of
+    view, positive outside.
 
     Parameters
     ----------
@@ -25,7 +26,7 @@ def view_violation(
     E : (B, n, 3, 2) array
         Tangent bases at x.
     half_angle : float
-        Of the cone of view [rad].
+        Half angle of the cone of view [rad].
 
     Returns
     -------
@@ -52,7 +53,18 @@ def view_violation(
 
 
 def view_penalty(violation: Array, jacobian: Array, weight: float | Array) -> tuple[Array, Array]:
-    """Return Hessians (B, nx, nx) and gradients (B, nx) of weight/2 sum max(0, violation)^2, by Gauss-Newton; weights may be (B, 1)."""
+    """Return Hessians and gradients of weight/2 sum max(0, violation)^2, by Gauss-Newton.
+
+    Parameters
+    ----------
+    violation : (B, n) array
+    jacobian : (B, n, nx) array
+    weight : float or (B, 1) array
+
+    Returns
+    -------
+    hessian, gradient : (B, nx, nx), (B, nx) arrays
+    """
     outside = weight * np.maximum(violation, 0.0)
     active = weight * (violation > 0.0)
     hessian = np.swapaxes(jacobian, 1, 2) @ (active[:, :, None] * jacobian)

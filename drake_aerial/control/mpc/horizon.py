@@ -1,4 +1,4 @@
-"""The horizon of a receding plan: its steps, of unequal length, and how a plan is moved on in time."""
+"""Horizon of a plan: its steps of unequal length, and the time shift of a plan."""
 
 from __future__ import annotations
 
@@ -12,37 +12,42 @@ from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
 
 STAGES = (1,) * 4 + (2,) * 8
-"""The default horizon's steps, in units of the shortest."""
+"""Default steps of the horizon, in units of the shortest."""
 
 
 class Horizon:
-    """N steps from now on.
+    """N steps from the current time.
 
     Parameters
     ----------
     stages : int or sequence of int
-        The lengths of the steps, in units of `step`; a number alone is so many equal steps.
+        Lengths of the steps in units of `step`; a number N means N steps of one unit.
     step : float
-        h, the shortest step [s].
+        Shortest step h [s].
     ahead : float
-        By how much a plan is moved on from one to the next [s].
+        Time from one plan to the next [s].
     lag : float
-        How old the samples are from which a plan is made [s], at most `ahead`.
+        Age of the samples at the beginning of a plan [s], at most `ahead`.
 
     Attributes
     ----------
     units : (N,) int array
-        The lengths of the steps.
+        Lengths of the steps in units of `step`.
     ends : (N + 1,) int array
-        Where states are, from 0 on, in units of `step`.
+        Times of the states in units of `step`, from 0.
     shares : (N + 1,) array
-        A state counts for half of the steps on both its sides, the last one for its own.
+        Quadrature weights of the states in units of `step` (trapezoidal rule); 1 at both ends.
     means : (N, ends[-1]) array
-        From inputs at every unit to their means over the steps.
+        Matrix from inputs at every unit to their means over the steps.
     shift_states, shift_inputs : (N + 1, N + 1), (N, N) arrays
-        From a plan's states and inputs to those of the same plan `ahead` later.
+        Matrices from a plan's states and inputs to those `ahead` later.
     lapse : (N + 1,) array
-        From a plan's states to how they change within `lag`, before `ahead` is over.
+        Row from a plan's states to their change within `lag`, at the time `ahead`.
+
+    Raises
+    ------
+    InputError
+        If there are less than 2 steps, or a length is not positive.
     """
 
     def __init__(self, stages: int | Sequence[int], step: float, ahead: float, lag: float = 0.0):
@@ -50,7 +55,8 @@ class Horizon:
         whole = units.ndim == 1 and len(units) > 1 and units.dtype.kind == "i" and (units > 0).all()
         if not whole or not step > 0.0:
             raise InputError(
-                f"an MPC needs at least 2 stages, each a whole number of steps long, and a step > 0 s but got {stages}, {step}"
+                "`stages` must be 2 or more positive integers, or their number, and `step` must be "
+                f"positive [s], got {stages} and {step}"
             )
         self.units, self.step = units, step
         self.ends = np.concatenate([[0], np.cumsum(units)])
@@ -70,7 +76,10 @@ class Horizon:
 
 
 def shifting(times: Array, ahead: float) -> Array:
-    """Return the matrix (B, B) that moves samples at `times` (B,) on by `ahead`: linear between them, and beyond the end."""
+    """Return the matrix (B, B) from samples at `times` (B,) to those `ahead` later.
+
+    Samples are interpolated linearly, and extrapolated beyond the end.
+    """
     B = len(times)
     place = times + ahead
     low = np.clip(np.searchsorted(times, place, side="right") - 1, 0, B - 2)
@@ -87,7 +96,7 @@ def pack(x: PayloadState) -> Array:
 
 
 def unpack(rows: Array, n: int) -> PayloadState:
-    """Return the states that rows (B, 18 + 9 n) hold, as views."""
+    """Return the states in rows (B, 18 + 9 n), as views."""
     B, c = len(rows), 18 + 3 * n
     return PayloadState(
         rows[:, 0:3],
@@ -101,7 +110,7 @@ def unpack(rows: Array, n: int) -> PayloadState:
 
 
 def normalized(x: PayloadState) -> PayloadState:
-    """Return blended neighbouring states back on their manifold: as good as the geodesic, they are close."""
+    """Return blends of neighbouring states, normalised back to their manifold."""
     R = 1.5 * x.R - 0.5 * x.R @ x.R.mT @ x.R
     xi = x.xi / np.sqrt(np.vecdot(x.xi, x.xi))[:, :, None]
     w = x.w - xi * np.vecdot(xi, x.w)[:, :, None]

@@ -1,8 +1,8 @@
-"""The deviation of model states from a reference, its Jacobian, and the terminal cost that goes with it.
+"""Deviation of model states from a reference, its Jacobian, and the terminal cost.
 
-The deviation e (nx = 12 + 7 n) is what the MPC weighs: position and velocity of the tracked point, attitude and
-angular velocity of the payload as vectors in the world, and the error-state entries of cables and thrusts. With
-one cable the payload's yaw can neither be measured against anything nor controlled: only the direction of the
+The MPC weighs the deviation e (nx = 12 + 7 n): position and velocity of the tracked point, attitude
+and angular velocity of the payload as vectors in the world, and the error-state entries of cables
+and thrusts. With one cable the payload's yaw is not controllable, so only the direction of the
 cable force counts.
 """
 
@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from drake_aerial.dynamics.discretization import discretize
 from drake_aerial.dynamics.flatness import Reference
-from drake_aerial.dynamics.linearization import discretize, linearize
+from drake_aerial.dynamics.linearization import linearize
 from drake_aerial.dynamics.payload_model import PayloadState, rotation_log
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
 from drake_aerial.geometry import IDENTITY, Array, skew, small_cross
@@ -26,8 +27,8 @@ def deviation(
     omega = np.matvec(x.R, x.W)
     arm = x.R @ c
     if n == 1:
-        held = np.vecmat(desired.pull, desired.R)  # the axis of L that should point along the pull
-        theta = small_cross(desired.pull, np.matvec(x.R, held))
+        axis = np.vecmat(desired.pull, desired.R)  # of L, to be aligned with the pull
+        theta = small_cross(desired.pull, np.matvec(x.R, axis))
     else:
         theta = np.matvec(desired.R, rotation_log(desired.R.mT @ x.R))
     turn, spin = np.vecmat(small_cross(desired.xi, x.xi), E), np.vecmat(x.w - desired.w, E)
@@ -46,7 +47,10 @@ def deviation(
 
 
 def deviation_jacobian(model: PayloadModelParameters, x: PayloadState) -> Array:
-    """Return the first twelve rows and columns (B, 12, 12) of de/d(error state) at x; the rest is the identity."""
+    """Return the first twelve rows and columns (B, 12, 12) of de/d(error state) at x.
+
+    The rest of the matrix is the identity.
+    """
     C = np.zeros((len(x.p), 12, 12))
     C[:, 0:3, 0:3] = C[:, 3:6, 3:6] = IDENTITY
     levers = np.empty((len(x.p), 3, 3))
@@ -60,7 +64,7 @@ def deviation_jacobian(model: PayloadModelParameters, x: PayloadState) -> Array:
 
 
 def hover_state(model: PayloadModelParameters, desired: Reference) -> PayloadState:
-    """Return the model's state of a resting reference (batch of 1), at the world's origin."""
+    """Return the model's state at a resting reference (batch of 1), at the world's origin."""
     zero = np.zeros((1, 3))
     return PayloadState(
         desired.R[0:1] @ model.p_LLcm,
@@ -81,10 +85,10 @@ def terminal_cost(
     step: float,
     sweeps: int = 400,
 ) -> Array:
-    """Return P (nx, nx) such that e^T P e is the cost to go of hovering, by Riccati sweeps from zero.
+    """Return P (nx, nx) such that e^T P e is the cost-to-go of hovering, by Riccati sweeps from Q.
 
-    The algebraic equation has no solution where a mode is neither controllable nor weighed (the payload's yaw under
-    one cable); the recursion does not mind.
+    The algebraic Riccati equation has no solution if a mode is neither controllable nor weighed
+    (the payload's yaw with one cable). The recursion converges anyway.
 
     Parameters
     ----------
@@ -96,6 +100,7 @@ def terminal_cost(
     step : float
         [s]
     sweeps : int
+        Number of steps to go.
     """
     x = hover_state(model, desired)
     linear = linearize(model, x, desired.F[0:1])

@@ -1,25 +1,18 @@
-"""How likely the baseline's own objective finds its contacts, and those of our method (was its search stuck)."""
+"""Log-likelihoods under the baseline's objective: of its own contacts, and of another method's.
+
+If the other method's contacts are likelier, the baseline's search ended in a local maximum.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from drake_aerial.cloud.point_cloud import PointCloud
-from drake_aerial.contacts.parameters import TransferParameters
+from drake_aerial.contacts.recomputation import recompute_query
 from drake_aerial.contacts.solutions import ContactSolutions
-from drake_aerial.contacts.transfer import query
 from drake_aerial.errors import InputError, JobError
-from drake_aerial.features.canonical_frame import to_canonical
-from drake_aerial.features.horizontal_hull import HorizontalHull
-from drake_aerial.features.surface_features import compute_features
-from drake_aerial.geometry import Pose, invert
 from drake_aerial.parallel import one_blas_thread
 from drake_aerial.skill.contact_skill import ContactSkill
-
-# A recomputed likelihood further from the file's than this is not the same objective.
-_SAME = 1e-3
 
 
 @dataclass(frozen=True)
@@ -29,15 +22,15 @@ class OwnLikelihood:
     Attributes
     ----------
     condition : str
-        Which.
+        Name of the condition.
     own : tuple of float
-        Of the baseline's solutions, the best first.
+        Log-likelihoods of the baseline's solutions, the best first.
     rival : float or None
-        Of the likeliest of the other method's solutions; None if it could not be computed.
+        Largest log-likelihood of the other method's solutions; None if it could not be computed.
     rival_method : str
-        Which method that is.
+        Name of the other method.
     note : str
-        Why it could not be.
+        Why `rival` is None; otherwise empty.
     """
 
     condition: str
@@ -56,59 +49,33 @@ def own_likelihood(
     rival: ContactSolutions,
     count: int,
 ) -> OwnLikelihood:
-    """Return the baseline's objective at its own solutions and at another method's.
+    """Evaluate the baseline's objective at its own solutions and at another method's.
 
     Parameters
     ----------
     condition : str
-        A name.
+        Name of the condition.
     skill : ContactSkill
-        Of both transfers.
+        The skill of both transfers.
     cloud : PointCloud
-        The scan of both, in S.
+        The scan of both transfers, in S.
     baseline, rival : ContactSolutions
-        The transfers.
+        The transfers. The objective has the baseline's seed and parameters.
     count : int
-        How many solutions of each are compared.
+        Number of solutions of each that are compared.
     """
     own = tuple(solution.log_likelihood for solution in baseline.solutions[:count])
+
+    def failed(note: str) -> OwnLikelihood:
+        return OwnLikelihood(condition, own, None, rival.method, note)
+
+    if not own or not rival.solutions:
+        return failed("one of the methods found nothing")
     try:
-        cloud_N, X_SN = to_canonical(cloud)
-        features = compute_features(cloud_N, skill.parameters.features)
-        hull = HorizontalHull.of_points(features.p)
-        # As `transfer` does: the first of three streams is the query density's.
-        rng = np.random.default_rng(baseline.seed).spawn(3)[0]
-        evidence = query(
-            skill,
-            features,
-            hull,
-            X_SN,
-            cloud_N.viewpoint,
-            baseline.method,
-            TransferParameters(),
-            rng,
-        )
+        query = recompute_query(baseline, skill, cloud)
     except (InputError, JobError) as error:
-        return OwnLikelihood(
-            condition, own, None, rival.method, f"the baseline's objective cannot be built: {error}"
-        )
-    likelihood = evidence.likelihood
-    if likelihood is None or not own or not rival.solutions:
-        return OwnLikelihood(condition, own, None, rival.method, "one of the methods found nothing")
-
-    def at(solutions: ContactSolutions) -> np.ndarray:
-        chosen = [solution.X_SG for solution in solutions.solutions[:count]]
-        X_NS = invert(X_SN)
-        X_SG = Pose(np.stack([X.p for X in chosen]), np.stack([X.q for X in chosen]))
-        return likelihood(X_NS @ X_SG)
-
-    again = at(baseline)
-    if np.abs(again - np.array(own)).max() > _SAME:
-        return OwnLikelihood(
-            condition,
-            own,
-            None,
-            rival.method,
-            "the scan or the parameters are not those of the transfer",
-        )
-    return OwnLikelihood(condition, own, float(at(rival).max()), rival.method)
+        return failed(f"the baseline's objective cannot be built: {error}")
+    if query is None:
+        return failed("the scan or the parameters are not those of the transfer")
+    rival_log_j = query.log_likelihood(rival.X_SG)[:count]
+    return OwnLikelihood(condition, own, float(rival_log_j.max()), rival.method)

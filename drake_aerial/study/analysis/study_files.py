@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import yaml
 
 from drake_aerial.errors import InputError
 from drake_aerial.io.archives import load_archive
+from drake_aerial.io.strict_yaml import read_json, read_mapping
 
 if TYPE_CHECKING:
     from drake_aerial.cloud.point_cloud import PointCloud
@@ -44,19 +43,15 @@ class StudyFiles:
         folder = Path(folder)
         study = cls(folder, {}, [])
         path = folder / "study.yaml"
-        try:
-            content = yaml.safe_load(path.read_text(encoding="utf-8"))
-        except FileNotFoundError:
+        if not path.exists():
             study.complaints.append(
                 "study.yaml is missing: conditions are described by their names alone"
             )
-        except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-            study.complaints.append(f"study.yaml cannot be read: {type(error).__name__}")
-        else:
-            if isinstance(content, dict):
-                study.plan.update(content)
-            else:
-                study.complaints.append("study.yaml is not a mapping")
+            return study
+        try:
+            study.plan.update(read_mapping(path))
+        except InputError as error:
+            study._complain(str(error))
         return study
 
     @property
@@ -133,10 +128,9 @@ class StudyFiles:
     def timing(self) -> dict[str, Any]:
         """Return the content of timing.json; empty if there is none."""
         try:
-            content = json.loads((self.folder / "timing.json").read_text(encoding="utf-8"))
-        except (OSError, ValueError):
+            return read_json(self.folder / "timing.json")
+        except InputError:
             return {}
-        return content if isinstance(content, dict) else {}
 
     def _complain(self, text: str) -> None:
         # A report's bytes may not depend on where the folder lies.

@@ -195,7 +195,7 @@ def test_largest_tension_along_a_leaning_cable():
     "values", [(0.0, (1.0,), (1.0,)), (1.0, (1.0, 2.0), (1.0,)), (1.0, (np.inf,), (1.0,))]
 )
 def test_refuses_bad_lifts(values):
-    with pytest.raises(InputError, match="should"):
+    with pytest.raises(InputError, match="must"):
         Lift(*values)
 
 

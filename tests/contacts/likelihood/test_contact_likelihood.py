@@ -1,4 +1,4 @@
-"""J of its parts, the closed-form scale against a search, and what two hulls say of it."""
+"""J as the product of its parts, the closed-form scale, and its prior from two hulls."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from drake_aerial.contacts.likelihood.contact_likelihood import (
     ContactLikelihood,
     ScalePrior,
 )
-from drake_aerial.contacts.votes.scan_cuts import Cuts
+from drake_aerial.contacts.votes.scan_cuts import ScanCuts
 from drake_aerial.features.horizontal_hull import HorizontalHull
 from drake_aerial.geometry import Pose, quat_about_axis, quat_exp, quat_multiply, rotate
 from drake_aerial.skill.configuration_model import ConfigurationModel
@@ -39,10 +39,9 @@ def configuration(n, vertical=1.0):
         np.full(n, 0.5),
         sigma_p=0.03,
         sigma_q=0.26,
-        alpha=50.0,
         axial=True,
     )
-    return model.raised(1.0, vertical)
+    return model.with_heights(1.0, vertical)
 
 
 def placed(model, rng, scale, batch=6):
@@ -55,7 +54,7 @@ def placed(model, rng, scale, batch=6):
 
 
 class Everywhere:
-    """A query density or votes of the stated value, that notes what it is asked."""
+    """A query density or votes of one value, which records where it was evaluated."""
 
     def __init__(self, value):
         self.value, self.asked = value, []
@@ -116,12 +115,12 @@ def test_one_gripper_weighs_all_directions_alike():
 
 @pytest.mark.parametrize("steps", [0, 8, 20, 45])
 def test_across_a_cut_an_object_is_as_wide_as_ever(steps):
-    # A strip is missing at the end of a box that lies in any direction; of 72 directions five look there.
+    # A strip is missing at the end of a box of any yaw; five of 72 directions face it.
     yaw, flags = np.deg2rad(5.0 * steps), np.zeros(72, bool)
     flags[(np.arange(-2, 3) + steps) % 72] = True
     whole = 0.5 * np.array([[0.68, 0.61], [-0.68, 0.61], [-0.68, -0.61], [0.68, -0.61]])
     left = np.column_stack([np.minimum(whole[:, 0], 0.19), 1.3 * whole[:, 1]])
-    prior = ScalePrior.of_hulls(hull(turned(left, yaw)), hull(whole), yaw, None, Cuts(flags))
+    prior = ScalePrior.of_hulls(hull(turned(left, yaw)), hull(whole), yaw, None, ScanCuts(flags))
     assert prior.log_mean == pytest.approx(np.log(1.3), abs=0.03)
 
 
@@ -146,8 +145,7 @@ def test_the_scale_is_the_likeliest(true, vertical):
         X = X_NG.take(k)
 
         def cost(scale, X=X, k=k):
-            # The density of the layout at that scale, its attitudes being whatever they are, and a Gaussian of the scale whose
-            # relative deviation is the prior's.
+            # The density at that scale, and a Gaussian prior of the same relative deviation.
             return -model.log_density(X, scale=scale) + 0.5 * ((scale - 1.2) / (0.1 * 1.2)) ** 2
 
         best = minimize_scalar(cost, bounds=(0.1, 3.0), method="bounded", options={"xatol": 1e-9}).x

@@ -28,15 +28,15 @@ from drake_aerial.geometry import (
 )
 from drake_aerial.skill.learn import learn
 from tests.contacts.box_scans import box_cloud, box_demonstration
-from tests.contacts.formations import FAST, SIZE, taught, transferred
+from tests.contacts.formations import FAST, SIZE, learnt_skill, transferred
 
 LIMITS = TransferParameters()
 
 
 def examined(n, X_SG, **kinds):
     """The solution that grippers X_SG are, with what speaks against them."""
-    evidence = transferred(n, **kinds).evidence
-    return Examination(evidence, LIMITS).solution(invert(evidence.X_SN) @ X_SG)
+    query = transferred(n, **kinds).query
+    return Examination(query, LIMITS).solution(invert(query.scan.X_SN) @ X_SG)
 
 
 def off(X, rng):
@@ -55,8 +55,8 @@ def tilted(X, rng):
 
 @pytest.mark.parametrize("n", [1, 2, 3])
 def test_never_worse_than_the_seed(n):
-    solutions, skill = transferred(n), taught(n)
-    each = [refine_one(skill, solutions.evidence, seed) for seed in solutions.solutions]
+    solutions, skill = transferred(n), learnt_skill(n)
+    each = [refine_one(skill, solutions.query, seed) for seed in solutions.solutions]
     for seed, refined in zip(solutions.solutions, each):
         assert seed.feasible
         assert refined.feasible
@@ -72,10 +72,10 @@ def test_never_worse_than_the_seed(n):
     )
     assert np.all(np.diff([s.log_likelihood for s in together.solutions]) <= 0.0)
     # What is said of a refined solution is what the transfer's own functions say of its poses.
-    evidence = solutions.evidence
+    query = solutions.query
     for refined in together.solutions:
-        X_NG = invert(evidence.X_SN) @ refined.X_SG
-        assert evidence.likelihood(Pose(X_NG.p[None], X_NG.q[None]))[0] == pytest.approx(
+        X_NG = invert(query.scan.X_SN) @ refined.X_SG
+        assert query.likelihood(Pose(X_NG.p[None], X_NG.q[None]))[0] == pytest.approx(
             refined.log_likelihood
         )
         np.testing.assert_allclose(refined.X_SG.p[:, 2], 0.14, atol=0.003)
@@ -95,7 +95,7 @@ def test_infeasible_seeds_become_feasible(n, disturbed):
     for solution in solutions.solutions * (3 if n == 1 else 1):
         seed = examined(n, disturbed(solution.X_SG, rng))
         assert not seed.feasible
-        found.append(refine_one(taught(n), solutions.evidence, seed).feasible)
+        found.append(refine_one(learnt_skill(n), solutions.query, seed).feasible)
     # The undisturbed solution, which is feasible, is at most 5 cm away.
     assert np.mean(found) >= 0.8
 
@@ -106,7 +106,7 @@ def test_crowded_quadrotors_move_apart():
     middle = X.p.mean(axis=0)
     seed = examined(3, Pose(middle + 0.84 * (X.p - middle), X.q))
     assert "too close" in "".join(seed.reasons)
-    refined = refine_one(taught(3), solutions.evidence, seed)
+    refined = refine_one(learnt_skill(3), solutions.query, seed)
     assert refined.feasible
     gaps = np.linalg.norm(refined.X_SQ.p - np.roll(refined.X_SQ.p, 1, axis=0), axis=1)
     assert gaps.min() >= LIMITS.separation
@@ -124,19 +124,19 @@ def test_equilibrium_is_found_again(n):
     shift = inside * size * np.linalg.norm(X.p[0] - middle) + 0.02
     seed = examined(n, Pose(size * (X.p - middle) + middle * [0, 0, 1] + shift * along, X.q))
     assert "equilibrium" in "".join(seed.reasons)
-    program = ContactProgram(taught(n), solutions.evidence, seed)
+    program = ContactProgram(learnt_skill(n), solutions.query, seed)
     result = program.solve()
     assert result.success
     assert result.solution.feasible
     tension = result.drake.GetSolution(program.tensions())
     assert tension.min() > 0.0
     # The program's tensions are those of the independent non-negative least squares.
-    evidence = solutions.evidence
-    X_NS = invert(evidence.X_SN)
+    query = solutions.query
+    X_NS = invert(query.scan.X_SN)
     share = load_shares(
         transform(X_NS, result.solution.X_SG.p),
         transform(X_NS, result.solution.X_SQ.p),
-        evidence.hull.centroid,
+        query.scan.hull.centroid,
     )
     np.testing.assert_allclose(tension, share, atol=0.02)
 
@@ -150,22 +150,22 @@ def test_a_cable_clears_a_wall():
     cloud = np.vstack([lower, upper + [0.4, 0.0, 0.15]])
     skill = learn(box_demonstration(SIZE))
     solutions = transfer(skill, PointCloud.read(cloud), parameters=FAST)
-    evidence = solutions.evidence
+    query = solutions.query
     at_wall = Pose(np.array([[0.292, 0.0, 0.05]]), np.array([[1.0, 0, 0, 0]]))
-    seed = Examination(evidence, LIMITS).solution(invert(evidence.X_SN) @ at_wall)
+    seed = Examination(query, LIMITS).solution(invert(query.scan.X_SN) @ at_wall)
     assert "cable through the payload" in seed.reasons
-    refined = refine_one(skill, evidence, seed)
+    refined = refine_one(skill, query, seed)
     assert refined.feasible
     assert refined.X_SG.p[0, 0] < 0.292
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_solvers_agree(solver):
-    solutions, skill = transferred(2), taught(2)
-    result = ContactProgram(skill, solutions.evidence, solutions[1]).solve(solver, iterations=300)
+    solutions, skill = transferred(2), learnt_skill(2)
+    result = ContactProgram(skill, solutions.query, solutions[1]).solve(solver, iterations=300)
     assert result.success
     assert result.solution.feasible
-    reference = ContactProgram(skill, solutions.evidence, solutions[1]).solve("snopt")
+    reference = ContactProgram(skill, solutions.query, solutions[1]).solve("snopt")
     assert result.solution.log_likelihood == pytest.approx(
         reference.solution.log_likelihood, abs=2e-3
     )
@@ -173,11 +173,11 @@ def test_solvers_agree(solver):
 
 
 def test_a_users_own_cost_draws_the_contact():
-    solutions, skill = transferred(1), taught(1)
+    solutions, skill = transferred(1), learnt_skill(1)
     wanted = solutions[0].X_SG.p[0, :2] + [0.04, -0.03]
     distances = []
     for weight in (0.0, 100.0, 1e5):
-        program = ContactProgram(skill, solutions.evidence, solutions[0])
+        program = ContactProgram(skill, solutions.query, solutions[0])
         x, y = program.positions()[0, :2]
         program.prog().AddQuadraticCost(weight * ((x - wanted[0]) ** 2 + (y - wanted[1]) ** 2))
         result = program.solve()
@@ -189,11 +189,11 @@ def test_a_users_own_cost_draws_the_contact():
 
 
 def test_a_users_own_constraint_and_generic_cost_hold():
-    solutions, skill = transferred(3), taught(3)
+    solutions, skill = transferred(3), learnt_skill(3)
     limit = solutions[0].X_SG.p[0, 0] + 0.02
     spread = []
     for weight in (0.0, 1e4):
-        program = ContactProgram(skill, solutions.evidence, solutions[0])
+        program = ContactProgram(skill, solutions.query, solutions[0])
         program.prog().AddLinearConstraint(program.positions()[0, 0] >= limit)
         # Shares as equal as can be; a plain Python function that Drake differentiates by itself.
         program.prog().AddCost(
@@ -210,7 +210,7 @@ def test_a_users_own_constraint_and_generic_cost_hold():
 
 def test_a_users_own_variable_needs_no_guess():
     solutions = transferred(1)
-    program = ContactProgram(taught(1), solutions.evidence, solutions[0])
+    program = ContactProgram(learnt_skill(1), solutions.query, solutions[0])
     slack = program.prog().NewContinuousVariables(1, "slack")
     x = program.positions()[0, 0]
     program.prog().AddLinearConstraint(slack[0] >= x - solutions[0].X_SG.p[0, 0] + 0.03)
@@ -222,7 +222,7 @@ def test_a_users_own_variable_needs_no_guess():
 
 def test_an_impossible_constraint_is_named():
     solutions = transferred(1)
-    program = ContactProgram(taught(1), solutions.evidence, solutions[0])
+    program = ContactProgram(learnt_skill(1), solutions.query, solutions[0])
     program.prog().AddLinearConstraint(
         program.positions()[0, 2] >= solutions[0].X_SG.p[0, 2] + 0.05
     )
@@ -233,7 +233,7 @@ def test_an_impossible_constraint_is_named():
 
 
 def test_contacts_follow_the_cloud():
-    skill, cloud = taught(1), box_cloud([0.45, 0.35, 0.25], seed=1, noise=0.0005)
+    skill, cloud = learnt_skill(1), box_cloud([0.45, 0.35, 0.25], seed=1, noise=0.0005)
     X = Pose(np.array([3.0, -1.0, 0.7]), quat_exp([0.0, 0.0, 2.1]))
     here, there = (
         refine(skill, transfer(skill, c, top=1, parameters=FAST))
@@ -244,14 +244,14 @@ def test_contacts_follow_the_cloud():
 
 
 def test_same_solutions_same_bytes():
-    first, second = (json.loads(refine(taught(2), transferred(2)).to_json()) for _ in "ab")
+    first, second = (json.loads(refine(learnt_skill(2), transferred(2)).to_json()) for _ in "ab")
     assert first["timing"].pop("refine_s") > 0.0
     second["timing"].pop("refine_s")
     assert first == second
 
 
 def test_seeds_that_end_at_one_place_are_returned_once():
-    solutions, skill = transferred(1), taught(1)
+    solutions, skill = transferred(1), learnt_skill(1)
     twice = replace(solutions, solutions=(*solutions.solutions, solutions[0]))
     merged, all_ = refine(skill, twice), refine(skill, twice, merge=False)
     assert len(all_) == len(twice)
@@ -266,7 +266,7 @@ def test_seeds_that_end_at_one_place_are_returned_once():
 
 def test_as_many_distinct_solutions_as_wanted_come_back():
     # All seeds the same: the other places come from the other chains.
-    solutions, skill = transferred(3), taught(3)
+    solutions, skill = transferred(3), learnt_skill(3)
     same = replace(solutions, solutions=(solutions[0],) * 5)
     refined = refine(skill, same)
     assert len(refined) == 5
@@ -286,14 +286,14 @@ def test_as_many_distinct_solutions_as_wanted_come_back():
 
 
 def test_what_cannot_be_refined_is_refused(tmp_path):
-    solutions, skill = transferred(1), taught(1)
+    solutions, skill = transferred(1), learnt_skill(1)
     solutions.write(tmp_path / "contacts.json")
-    with pytest.raises(InputError, match="no evidence"):
+    with pytest.raises(InputError, match="densities of a transfer"):
         refine(skill, ContactSolutions.read(tmp_path / "contacts.json"))
     with pytest.raises(InputError, match="centroid"):
         refine(skill, transferred(1, "centroid"))
     with pytest.raises(InputError, match="3 grippers"):
-        ContactProgram(taught(3), solutions.evidence, solutions[0])
+        ContactProgram(learnt_skill(3), solutions.query, solutions[0])
     with pytest.raises(InputError, match="snopt, ipopt, nlopt"):
         refine(skill, solutions, solver="gurobi")
     with pytest.raises(InputError, match="reach"):

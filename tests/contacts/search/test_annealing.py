@@ -47,7 +47,7 @@ def test_same_generator_same_result():
 
 
 def test_moves_formations_and_their_grippers():
-    # Three grippers that want to stand on a triangle around (0.5, 0, 0), found from a larger one elsewhere.
+    # The maximum is a triangle around (0.5, 0, 0); the chains start at a larger one elsewhere.
     corners = 0.2 * np.array([[1, 0, 0], [-0.5, 0.866, 0], [-0.5, -0.866, 0]])
 
     def likelihood(X):

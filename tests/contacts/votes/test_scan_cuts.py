@@ -6,7 +6,7 @@ import pytest
 from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.contacts.parameters import TransferParameters
 from drake_aerial.contacts.transfer import transfer
-from drake_aerial.contacts.votes.scan_cuts import Cuts
+from drake_aerial.contacts.votes.scan_cuts import ScanCuts
 from drake_aerial.features.horizontal_hull import HorizontalHull
 from drake_aerial.features.surface_features import compute_features
 from drake_aerial.skill.learn import learn
@@ -18,7 +18,7 @@ AXES = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
 
 def find(points, viewpoint=None, seen_from=None):
     features = compute_features(PointCloud.read(points, viewpoint=seen_from))
-    return Cuts.find(features, HorizontalHull.of_points(features.p), viewpoint)
+    return ScanCuts.find(features, HorizontalHull.of_points(features.p), viewpoint)
 
 
 def strip(noise=0.0):
@@ -42,8 +42,8 @@ def test_whole_boxes_and_balls_have_none():
     assert not find(0.2 * v / np.linalg.norm(v, axis=1, keepdims=True))
 
 
-def test_a_top_view_says_nothing_about_sides():
-    # Its outline is all rim: a strip that is missing there cannot be told from a smaller box.
+def test_a_top_view_has_no_cuts():
+    # Its outline is all rim: a missing strip cannot be told from a smaller box.
     points = box_points(SIZE, 0.01, np.random.default_rng(2), view="top")
     assert not find(points[points[:, 0] < 0.19], seen_from=(0.0, 0.0, 3.0))
 
@@ -54,7 +54,7 @@ def test_sides_that_the_sensor_could_not_see_are_no_cuts():
     assert find(points, viewpoint=np.array([2.0, 0.0, 0.5])).towards(AXES)[0]
 
 
-def test_a_missing_strip_draws_the_contact_off_less_than_its_hull_would():
+def test_completing_a_missing_strip_reduces_the_contact_error():
     cloud = PointCloud.read(strip(0.001))
     skill = learn(box_demonstration([0.68, 0.61, 0.28]))
     error = {}
@@ -67,7 +67,7 @@ def test_a_missing_strip_draws_the_contact_off_less_than_its_hull_would():
     assert error["auto"] < 0.045
 
 
-def test_on_a_whole_box_the_mode_changes_nothing():
+def test_on_a_whole_box_auto_scale_equals_support_scale():
     cloud, skill = box_cloud([0.45, 0.35, 0.25]), learn(box_demonstration([0.68, 0.61, 0.28]))
     few = {"candidates": 500, "starts": 20, "chains": 10, "steps": 20}
     a, b = (

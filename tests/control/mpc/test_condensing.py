@@ -1,7 +1,7 @@
 import numpy as np
 
 from drake_aerial.control.mpc.condensing import CondensedProblem
-from drake_aerial.dynamics.linearization import DiscreteModel
+from drake_aerial.dynamics.discretization import DiscreteModel
 
 
 def test_the_condensed_minimum_solves_the_full_kkt_system():
@@ -17,7 +17,7 @@ def test_the_condensed_minimum_solves_the_full_kkt_system():
     )
     u = -np.linalg.solve(np.tril(H) + np.tril(H, -1).T, g)
 
-    # Unknowns u_0 d_1 u_1 d_2 ...; equality constraints d_{k+1} - A d_k - B u_k = c with multipliers.
+    # Unknowns u_0 d_1 u_1 d_2 ...; constraints d_{k+1} - A d_k - B u_k = c with multipliers.
     size = N * (nu + nx)
     K, rhs = np.zeros((size + N * nx, size + N * nx)), np.zeros(size + N * nx)
     for k in range(N):

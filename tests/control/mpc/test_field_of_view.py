@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from drake_aerial.control.controller_parameters import MpcParameters
 from drake_aerial.control.mpc.field_of_view import view_penalty, view_violation
 from drake_aerial.control.mpc.payload_mpc import PayloadMpc
 from drake_aerial.dynamics.flatness import reference_table
@@ -63,7 +64,8 @@ def test_a_narrow_view_is_kept_at_the_price_of_tracking():
     )
     widest, error = [], []
     for view in (None, np.deg2rad(20.0)):
-        controller = PayloadMpc(model, field_of_view=view, position_filter=PositionFilter(0.0))
+        parameters = MpcParameters(field_of_view=view, position_filter=PositionFilter(0.0))
+        controller = PayloadMpc(model, parameters)
         x = hanging(model, dash.start)._replace(xi=reference_table(model, dash).at([-1.0]).xi)
         log = fly(controller, model, x, dash, 2.4)
         angles = []
@@ -81,4 +83,7 @@ def test_a_narrow_view_is_kept_at_the_price_of_tracking():
 
 def test_an_impossible_view_is_refused():
     with pytest.raises(InputError, match="field_of_view"):
-        PayloadMpc(PayloadModelParameters(0.25, INERTIA, [[0.0, 0.0, 0.14]]), field_of_view=4.0)
+        PayloadMpc(
+            PayloadModelParameters(0.25, INERTIA, [[0.0, 0.0, 0.14]]),
+            MpcParameters(field_of_view=4.0),
+        )

@@ -1,4 +1,4 @@
-"""A horizon's weights and shifts, on what is linear in time and so known exactly."""
+"""Weights and time shifts of a horizon; samples that are linear in time are the oracle."""
 
 import numpy as np
 import pytest
@@ -80,7 +80,7 @@ def test_between_samples_a_plan_is_interpolated_and_beyond_them_extrapolated():
     + [(((1, 2), (1, 1)), 0.1), ((1, 1), 0.0), ((1, 1), -0.1), ((1, 1), np.nan)],
 )
 def test_impossible_horizons_are_refused(stages, step):
-    with pytest.raises(InputError, match="at least 2 stages"):
+    with pytest.raises(InputError, match="`stages` must be 2 or more"):
         Horizon(stages, step, 0.02)
 
 

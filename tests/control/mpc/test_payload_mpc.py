@@ -1,21 +1,26 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from scipy.optimize import lsq_linear
 
+from drake_aerial.control.controller_parameters import MpcParameters
 from drake_aerial.control.mpc.horizon import STAGES, normalized, pack, shifting, unpack
-from drake_aerial.control.mpc.payload_mpc import PayloadMpc, thrust_box
+from drake_aerial.control.mpc.payload_mpc import PayloadMpc
 from drake_aerial.dynamics.flatness import reference_table
 from drake_aerial.dynamics.payload_model import PayloadState, retract, rotation_exp
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
 from drake_aerial.errors import InputError
 from drake_aerial.estimation.observation import PositionFilter
 from drake_aerial.references.trajectory import HoverTrajectory, TransportTrajectory
+from drake_aerial.statics.gravity import GRAVITY
+from tests.control.control_steps import control_step, first_command, fix_inputs
 from tests.control.light_loop import fly, hanging
 from tests.control.payload_cases import random_model
-from tests.control.ticks import fix_inputs, one_tick, tick
+from tests.dynamics.integration import integrate
 
 INERTIA = np.diag([0.006, 0.0059, 0.0107])
 THREE = [[-0.154, -0.267, 0.011], [0.308, 0.0, 0.011], [-0.154, 0.267, 0.011]]
+EXACT = MpcParameters(position_filter=PositionFilter(0.0))
 CIRCLE = TransportTrajectory.airborne(
     start=(1.0, 0.0, 1.0), turns=1.0, circle_time=6.0, hover_time=1.0
 )
@@ -46,10 +51,10 @@ def rms(error):
     ids=["centred", "off-centre", "three unequal"],
 )
 def test_a_circle_is_tracked_within_millimetres_by_the_true_state(model):
-    controller = PayloadMpc(model, position_filter=PositionFilter(0.0))
+    controller = PayloadMpc(model, EXACT)
     log = fly(controller, model, at_rest(model, CIRCLE), CIRCLE, 7.0, step=0.002)
     assert rms(log["error"]) < 0.005
-    # To set off with the reference, cables would have to tilt before it begins: the first second is apart.
+    # The cables would have to tilt before the reference begins, so the first second is left out.
     assert log["error"][log["t"] > 1.5].max() < 0.01
 
 
@@ -64,7 +69,7 @@ def test_integral_action_removes_what_a_wrong_mass_leaves():
     belief = PayloadModelParameters(0.25, INERTIA, [[0.0, 0.0, 0.14]])
     sag = []
     for gain in (0.0, 1.0):
-        controller = PayloadMpc(belief, integral_gain=gain, position_filter=PositionFilter(0.0))
+        controller = PayloadMpc(belief, replace(EXACT, integral_gain=gain))
         log = fly(controller, truth, at_rest(truth, HOVER), HOVER, 5.0)
         sag.append(abs((log["p"] - log["reference"])[-125:, 2].mean()))
     assert sag[0] > 0.01
@@ -87,8 +92,8 @@ def test_the_order_of_unequal_quadrotors_does_not_matter(n):
     x = at_rest(model, HOVER)
     x = retract(x, 0.03 * np.random.default_rng(1).normal(size=(1, 12 + 7 * n)))
     y = x._replace(xi=x.xi[:, order], w=x.w[:, order], F=x.F[:, order])
-    a = one_tick(PayloadMpc(model), model, x, HOVER)
-    b = one_tick(PayloadMpc(shuffled), shuffled, y, HOVER)
+    a = first_command(PayloadMpc(model), model, x, HOVER)
+    b = first_command(PayloadMpc(shuffled), shuffled, y, HOVER)
     np.testing.assert_allclose(b, a[order], atol=2e-4)
 
 
@@ -100,27 +105,12 @@ def test_commands_stay_in_the_thrust_box_however_far_the_goal():
     fix_inputs(controller, context, model, at_rest(model, HOVER), far)
     active = 0
     for _ in range(10):
-        thrust = tick(controller, context)
+        thrust = control_step(controller, context)
         size = np.linalg.norm(thrust)
         # Commands are rounded to micronewtons.
         assert model.min_thrust[0] - 2e-6 <= size <= model.max_thrust[0] + 2e-6
         active += controller.GetOutputPort("diagnostics").Eval(context)[1]
     assert active > 0
-
-
-def test_the_program_with_bounds_is_solved_to_its_minimum():
-    model = PayloadModelParameters(0.25, INERTIA, [[0.0, 0.0, 0.14]])
-    controller = PayloadMpc(model, stages=4)
-    rng = np.random.default_rng(0)
-    for _ in range(20):
-        root = rng.normal(size=(14, 12))
-        H, g = root.T @ root + 0.1 * np.eye(12), 3.0 * rng.normal(size=12)
-        low, high = -rng.uniform(0.1, 1.0, 12), rng.uniform(0.1, 1.0, 12)
-        got, iterations, active = controller._solve(np.tril(H), g, low, high)
-        L = np.linalg.cholesky(H)
-        exact = lsq_linear(L.T, -np.linalg.solve(L, g), (low, high), tol=1e-14).x
-        np.testing.assert_allclose(got, exact, atol=1e-4)
-        assert (iterations > 0) == (active > 0)
 
 
 def test_all_memory_is_in_the_context():
@@ -130,11 +120,12 @@ def test_all_memory_is_in_the_context():
     a = controller.CreateDefaultContext()
     fix_inputs(controller, a, model, x, HOVER)
     for _ in range(3):
-        tick(controller, a)
+        control_step(controller, a)
     b = a.Clone()
-    expected = tick(controller, a)
-    one_tick(controller, model, at_rest(model, HOVER), HOVER)  # somebody else's tick in between
-    np.testing.assert_array_equal(tick(controller, b), expected)
+    expected = control_step(controller, a)
+    # A control step in another context in between.
+    first_command(controller, model, at_rest(model, HOVER), HOVER)
+    np.testing.assert_array_equal(control_step(controller, b), expected)
 
 
 @pytest.mark.parametrize("steps", [(1,) * 20, STAGES, (1, 3, 2, 2)])
@@ -166,54 +157,79 @@ def test_a_plan_moves_on_in_time(steps):
         np.testing.assert_allclose((shifting(places, 2.0) @ rows)[:19], rows[2:], atol=1e-12)
 
 
-def test_the_box_lets_a_quadrotor_tilt_by_45_degrees():
-    low, high = thrust_box(PayloadModelParameters(0.25, INERTIA, THREE, max_thrust=[5.0, 6.0, 7.0]))
-    np.testing.assert_allclose(high.reshape(3, 3)[:, 2], [5.0, 6.0, 7.0])
-    np.testing.assert_allclose(low.reshape(3, 3)[:, 0], -np.array([5.0, 6.0, 7.0]) / np.sqrt(2.0))
-
-
 def test_an_impossible_horizon_is_refused():
     model = PayloadModelParameters(0.25, INERTIA, [[0.0, 0.0, 0.14]])
     with pytest.raises(InputError, match="stages"):
-        PayloadMpc(model, stages=1)
+        PayloadMpc(model, MpcParameters(stages=1))
     with pytest.raises(InputError, match="stages"):
-        PayloadMpc(model, stages=[1, 0, 2])
+        PayloadMpc(model, MpcParameters(stages=[1, 0, 2]))
     with pytest.raises(InputError, match="stages"):
-        PayloadMpc(model, stages=[1.5, 1.0])
+        PayloadMpc(model, MpcParameters(stages=[1.5, 1.0]))
     with pytest.raises(InputError, match="period"):
-        PayloadMpc(model, period=0.0)
+        PayloadMpc(model, MpcParameters(period=0.0))
     for wrong in (0, -1, 1.5):
         with pytest.raises(InputError, match="ticks_per_plan"):
-            PayloadMpc(model, ticks_per_plan=wrong)
+            PayloadMpc(model, MpcParameters(ticks_per_plan=wrong))
 
 
-def test_a_plan_serves_as_many_ticks_as_it_is_told_to():
+def test_a_plan_is_kept_for_ticks_per_plan_control_steps():
     model = PayloadModelParameters(0.25, INERTIA, [[0.0, 0.0, 0.14]])
     for ticks in (1, 2, 3):
-        controller = PayloadMpc(model, ticks_per_plan=ticks, position_filter=PositionFilter(0.0))
+        controller = PayloadMpc(model, replace(EXACT, ticks_per_plan=ticks))
         x = at_rest(model, HOVER)
         context = controller.CreateDefaultContext()
         commanded = []
         for k in range(7):
-            # Every tick sees something else: a new command is a new plan.
+            # The state differs at every control step, so a new command means a new plan.
             fix_inputs(
                 controller, context, model, x._replace(v=np.full((1, 3), 0.02 * (k + 1))), HOVER
             )
-            commanded.append(tick(controller, context))
+            commanded.append(control_step(controller, context))
         new = [k for k in range(1, 7) if (commanded[k] != commanded[k - 1]).any()]
         assert new == list(range(ticks, 7, ticks))
         assert len(controller.step_seconds) == 1 + len(new)
 
 
-def test_a_state_that_is_no_number_ends_in_hover_thrust_and_is_forgotten():
+def test_a_state_that_is_not_finite_gives_hover_thrust_and_a_new_plan():
     model = PayloadModelParameters(0.25, INERTIA, [[0.0, 0.0, 0.14]])
-    controller = PayloadMpc(model, position_filter=PositionFilter(0.0))
+    controller = PayloadMpc(model, EXACT)
     x = at_rest(model, HOVER)
     context = controller.CreateDefaultContext()
     fix_inputs(controller, context, model, x, HOVER)
-    tick(controller, context)
+    control_step(controller, context)
     fix_inputs(controller, context, model, x._replace(W=np.full((1, 3), np.nan)), HOVER)
-    np.testing.assert_allclose(tick(controller, context), [[0.0, 0.0, model.weight]], atol=1e-6)
+    np.testing.assert_allclose(
+        control_step(controller, context), [[0.0, 0.0, model.weight]], atol=1e-6
+    )
     fix_inputs(controller, context, model, x, HOVER)
     for _ in range(3):
-        np.testing.assert_allclose(tick(controller, context), [[0.0, 0.0, model.weight]], atol=1e-3)
+        np.testing.assert_allclose(
+            control_step(controller, context), [[0.0, 0.0, model.weight]], atol=1e-3
+        )
+
+
+@pytest.mark.parametrize("contacts", [[[0.0, 0.0, 0.14]], THREE], ids=["one", "three"])
+@pytest.mark.parametrize("lag", [0.01, 1e-3, (0.1, 0.1, 0.01)])
+def test_quadrotors_faster_than_the_mpcs_step_reach_their_goal(contacts, lag):
+    """The plant is the model itself, whose thrusts follow their commands with the short lag."""
+    model = PayloadModelParameters(0.25, INERTIA, contacts, thrust_lag=lag)
+    controller, n = PayloadMpc(model, EXACT), model.n
+    x = hanging(model, [0.3, -0.2, 1.1])
+    x = x._replace(F=GRAVITY * (model.mass / n + 0.25) * np.tile([0.0, 0.0, 1.0], (1, n, 1)))
+    context = controller.CreateDefaultContext()
+    controller.set_thrusts(context, x.F[0])
+    substeps = 4 + int(0.02 / model.thrust_lag.min())
+    for _ in range(200):
+        axes = x.F[0] / np.linalg.norm(x.F[0], axis=1, keepdims=True)
+        fix_inputs(controller, context, model, x, HOVER, axes)
+        thrust = control_step(controller, context)
+        x = integrate(model, x, thrust[None], 0.02 / substeps, substeps)
+    np.testing.assert_allclose(x.p[0] - x.R[0] @ model.p_LLcm, HOVER.start, atol=1e-3)
+
+
+def test_the_law_of_a_smaller_team_has_the_same_configuration():
+    model = PayloadModelParameters(0.25, INERTIA, THREE)
+    controller = PayloadMpc(model, MpcParameters(stages=7, period=0.01), offset=0.0004)
+    law = controller.for_smaller_team(model.carried_by([0, 2]))
+    assert law.parameters is controller.parameters
+    assert (law.offset, law.period, law.model.n) == (0.0004, 0.01, 2)

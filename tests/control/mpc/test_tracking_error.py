@@ -9,12 +9,14 @@ from drake_aerial.control.mpc.tracking_error import (
     hover_state,
     terminal_cost,
 )
+from drake_aerial.dynamics.discretization import discretize
 from drake_aerial.dynamics.flatness import ReferenceTable
-from drake_aerial.dynamics.linearization import discretize, linearize
-from drake_aerial.dynamics.payload_model import integrate, retract, tangent_basis
+from drake_aerial.dynamics.linearization import linearize
+from drake_aerial.dynamics.payload_model import retract, tangent_basis
 from drake_aerial.geometry import matrix_from_quat, quat_exp
 from drake_aerial.references.trajectory import HoverTrajectory
 from tests.control.payload_cases import random_input, random_model, random_state
+from tests.dynamics.integration import integrate
 
 
 def near(model, desired, size, seed=0, batch=1):
@@ -55,7 +57,7 @@ def test_on_the_reference_there_is_no_deviation(n):
 
 
 def test_the_terminal_cost_is_the_cost_of_the_feedback_it_implies():
-    """Roll the nonlinear model out under the gain that P implies: the summed cost is e' P e, nearly."""
+    """Roll out the nonlinear model under the gain of P: the summed cost is nearly e' P e."""
     model = random_model(3, seed=7)
     desired = ReferenceTable(model, HoverTrajectory(start=(0.0, 0.0, 0.0))).at([0.0])
     h, nx, nu = 0.05, 33, 9

@@ -1,20 +1,20 @@
-"""What is left of a team: statics, and a controller that was made for the smaller team, are the oracles."""
+"""Gripper losses. The oracles are statics, and a controller of the smaller team."""
 
 import numpy as np
 import pytest
 
 from drake_aerial.control.geometric import GeometricController
+from drake_aerial.control.gripper_loss import GripperLosses
 from drake_aerial.control.mpc.payload_mpc import PayloadMpc
-from drake_aerial.control.remaining_team import Losses
 from drake_aerial.dynamics.payload_model import PayloadState
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
 from drake_aerial.references.trajectory import HoverTrajectory
-from tests.control.ticks import fix_inputs, one_tick, tick
+from tests.control.control_steps import control_step, first_command, fix_inputs
 
 G = 9.81
 HOVER = HoverTrajectory()
 INERTIA = np.diag([0.011, 0.012, 0.0107])
-# The two outer ones are in line with the centre of mass: without the middle one they carry half each.
+# The outer two are in line with the centre of mass: without the middle one they carry half each.
 ROW = PayloadModelParameters(
     mass=0.25,
     inertia=INERTIA,
@@ -46,19 +46,19 @@ def test_after_a_loss_statics_holds(law):
     context = controller.CreateDefaultContext()
     fix_inputs(controller, context, ROW, rest(ROW, (0.4, -0.2, 1.0)), HOVER)
     controller.GetInputPort("attached").FixValue(context, [1.0, 1.0, 1.0])
-    tick(controller, context)
+    control_step(controller, context)
     controller.GetInputPort("attached").FixValue(context, [1.0, 0.0, 1.0])
-    # Far from the reference at the origin: the rest hold it where it is, and do not go there.
+    # The reference at the origin is far; the remaining team holds the payload where it is.
     for _ in range(20):
-        thrust = tick(controller, context)
+        thrust = control_step(controller, context)
     up = np.array([[0.0, 0.0, 1.0]])
     assert thrust[[0, 2]] == pytest.approx(G * (np.array([[0.25], [0.2]]) + 0.125) * up, abs=0.01)
-    # The freed one accelerates up, by the take-off's gain on an error that is limited to 0.15 m.
+    # The freed one accelerates up: the take-off's gain on an error limited to 0.15 m.
     assert thrust[1] == pytest.approx([0.0, 0.0, 0.3 * (G + 10.0 * 0.15)], abs=1e-6)
 
 
 @pytest.mark.parametrize("law", [PayloadMpc, GeometricController])
-def test_the_rest_fly_as_a_team_that_was_never_larger(law):
+def test_the_remaining_quadrotors_fly_as_a_smaller_team(law):
     kept = [0, 2]
     rng = np.random.default_rng(4)
     x = rest(ROW)
@@ -67,9 +67,9 @@ def test_the_rest_fly_as_a_team_that_was_never_larger(law):
     context = controller.CreateDefaultContext()
     fix_inputs(controller, context, ROW, x, HOVER)
     controller.GetInputPort("attached").FixValue(context, [1.0, 1.0, 1.0])
-    before = tick(controller, context)
+    before = control_step(controller, context)
     controller.GetInputPort("attached").FixValue(context, [1.0, 0.0, 1.0])
-    thrust = tick(controller, context)
+    thrust = control_step(controller, context)
     two = ROW.carried_by(kept)
     assert two.p_LC == pytest.approx(ROW.p_LC[kept])
     fields = {name: getattr(x, name)[:, kept] for name in ("xi", "w", "F")}
@@ -77,7 +77,7 @@ def test_the_rest_fly_as_a_team_that_was_never_larger(law):
     alone = small.CreateDefaultContext()
     fix_inputs(small, alone, two, x._replace(**fields), HOVER)
     alone.get_mutable_discrete_state(small._thrust_index).SetFromVector(before[kept].ravel())
-    assert thrust[kept] == pytest.approx(tick(small, alone), abs=1e-6)
+    assert thrust[kept] == pytest.approx(control_step(small, alone), abs=1e-6)
 
 
 def test_without_the_port_nothing_changes():
@@ -86,16 +86,18 @@ def test_without_the_port_nothing_changes():
     context = controller.CreateDefaultContext()
     fix_inputs(controller, context, ROW, x, HOVER)
     controller.GetInputPort("attached").FixValue(context, np.ones(3))
-    assert (tick(controller, context) == one_tick(PayloadMpc(ROW), ROW, x, HOVER)).all()
+    assert (
+        control_step(controller, context) == first_command(PayloadMpc(ROW), ROW, x, HOVER)
+    ).all()
 
 
 def test_losses_come_back_from_memory_and_only_grow():
-    losses = Losses(
+    losses = GripperLosses(
         np.array([False, True, False]), np.arange(9.0).reshape(3, 3), np.array([1.0, 2.0, 3.0])
     )
-    again = Losses.unpack(losses.pack())
+    again = GripperLosses.unpack(losses.pack())
     assert (again.lost == losses.lost).all()
     assert (again.p_WQ == losses.p_WQ).all()
     assert (again.p_WL == losses.p_WL).all()
-    assert again.after(np.array([True, True, True]), True, None, np.ones(3)) is again
-    assert not Losses.unpack(np.zeros(15)).lost.any()
+    assert again.updated(np.array([True, True, True]), True, None, np.ones(3)) is again
+    assert not GripperLosses.unpack(np.zeros(15)).lost.any()

@@ -1,4 +1,4 @@
-"""Where annealing starts: candidate contacts drawn by their likelihood (docs/method.md)."""
+"""Initial configurations of annealing, drawn by their likelihood (docs/method.md)."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from drake_aerial.density.resampling import systematic_resample
 from drake_aerial.geometry import Array, Pose, quat_about_axis, rotate
 
 _Z = np.array([0.0, 0.0, 1.0])
-# Formations that are tried for several grippers.
+# Placements of the formation that are weighed for several grippers.
 _PLACEMENTS = 5000
 
 
-def draw_starts(
+def draw_initial_configurations(
     likelihood: ContactLikelihood, parameters: TransferParameters, rng: np.random.Generator
 ) -> Pose:
-    """Return start configurations X_NG, batch (starts, n), drawn with probability proportional to J.
+    """Draw configurations X_NG, batch (starts, n), with probability proportional to J.
 
-    One gripper starts at the candidates of its query density. For several, one of them is put on one of its
-    candidates, the demonstrated formation is placed around it at a random yaw and a scale from the prior,
-    and the others go to their own nearest candidates.
+    One gripper starts at candidates of its query density. For several grippers, one of them is
+    placed on one of its candidates. The demonstrated formation is placed around it, at a random yaw
+    and a scale from the prior, and the others move to their own nearest candidates.
     """
     if len(likelihood.queries) == 1:
         candidates = likelihood.queries[0].candidates

@@ -1,7 +1,9 @@
-"""Records as YAML: all their fields, with what each means as a comment."""
+"""Records as YAML: all their fields, each with its meaning and range as a comment."""
 
 from __future__ import annotations
 
+import dataclasses
+import inspect
 import json
 import math
 import re
@@ -10,28 +12,30 @@ from typing import Any, get_args
 
 import yaml
 
-from drake_aerial.io.typed_yaml.record_fields import (
-    MISSING,
-    Unbounded,
-    is_record,
-    record_fields,
-    summary,
-)
+from drake_aerial.io.records import is_record, range_text
 
-_WIDTH = 110
+_WIDTH = 100
 
 
 def record_to_mapping(record: Any) -> dict[str, Any]:
-    """Return a record as nested mappings and lists of plain values, which `record_from_mapping` reads."""
-    return {f.name: _plain(getattr(record, f.name)) for f in record_fields(type(record))}
+    """Return a record as nested mappings and lists, which `record_from_mapping` reads."""
+    return {f.name: _plain(getattr(record, f.name)) for f in dataclasses.fields(record) if f.init}
 
 
 def record_to_yaml(record: Any) -> str:
-    """Return a record as YAML that `read_record` reads back to an equal one, with the fields' meanings as comments.
+    """Return a record as YAML that `read_record` reads back to an equal one, with comments.
 
-    A record that may be left out, and is, stands as a comment, ready to be taken in.
+    A record that may be left out, and is, stands as a comment that shows its keys.
     """
-    return "\n".join([*_wrapped(summary(type(record))), "", *_lines(record)]) + "\n"
+    first = (inspect.getdoc(type(record)) or "").split("\n\n")[0]
+    return "\n".join([*_wrapped(" ".join(first.split())), "", *_lines(record)]) + "\n"
+
+
+def field_comment(record: Any, name: str) -> str:
+    """Return a field's meaning and range, as "Mass [kg]. Must be > 0."."""
+    field = record.__pydantic_fields__[name]
+    meaning, bounds = " ".join((field.description or "").split()), range_text(field)
+    return f"{meaning} Must be {bounds}." if bounds else meaning
 
 
 def _plain(value: Any) -> Any:
@@ -43,26 +47,24 @@ def _plain(value: Any) -> Any:
 def _lines(record: Any, comments: bool = True) -> list[str]:
     """Return the lines of a record's fields."""
     lines: list[str] = []
-    for field in record_fields(type(record)):
+    for field in dataclasses.fields(record):
         value = getattr(record, field.name)
         nested = _nested(value)
         line = f"{field.name}:" if nested else f"{field.name}: {_flow(value)}"
         # In YAML None is called null.
-        meaning = re.sub(r"\bNone\b", "null", field.meaning) if comments else ""
-        if meaning and field.kind == Unbounded:
-            meaning += " (.inf is infinite)"
-        if meaning and len(line) + len(meaning) + 4 <= _WIDTH:
-            lines.append(f"{line}  # {meaning}")
+        comment = re.sub(r"\bNone\b", "null", field_comment(record, field.name)) if comments else ""
+        if comment and len(line) + len(comment) + 4 <= _WIDTH:
+            lines.append(f"{line}  # {comment}")
         else:
-            lines += [*_wrapped(meaning), line]
+            lines += [*_wrapped(comment), line]
         lines += [f"  {nested_line}" for nested_line in nested]
         if comments and value is None:
-            lines += _left_out(field.name, field.kind)
+            lines += _left_out(field.name, record.__pydantic_fields__[field.name].annotation)
     return lines
 
 
 def _nested(value: Any) -> list[str]:
-    """Return the lines of a value that takes several: a record, or a list of records; none for others."""
+    """Return the lines of a record or a list of records; none for other values."""
     if is_record(type(value)):
         return _lines(value)
     if isinstance(value, (list, tuple)) and value and is_record(type(value[0])):
@@ -76,8 +78,8 @@ def _nested(value: Any) -> list[str]:
 def _left_out(name: str, kind: Any) -> list[str]:
     """Return, as comments, the record that a field may hold."""
     for record in filter(is_record, get_args(kind)):
-        fields = record_fields(record)
-        if any(f.default is MISSING for f in fields):
+        fields = dataclasses.fields(record)
+        if any(f.default is f.default_factory is dataclasses.MISSING for f in fields):
             return [f"# {name}: {{{', '.join(f'{f.name}: ...' for f in fields)}}}"]
         return [f"# {line}" for line in (f"{name}:", *(f"  {line}" for line in _lines(record())))]
     return []
@@ -91,14 +93,17 @@ def _flow(value: Any) -> str:
         return json.dumps(value)
     if isinstance(value, float):
         if not math.isfinite(value):
-            return ".nan" if math.isnan(value) else ".inf" if value > 0 else "-.inf"
-        # YAML takes 1e-09, which lacks a point, for a text.
+            return ".inf" if value > 0 else "-.inf"
+        # Other YAML readers take 1e-09, which lacks a point, for a text.
         return re.sub(r"^(-?\d+)e", r"\1.0e", repr(float(value)))
     text = str(value)
     return text if not isinstance(value, str) or yaml.safe_load(text) == text else json.dumps(text)
 
 
 def _wrapped(text: str) -> list[str]:
-    return textwrap.wrap(
+    # No line break within "Must be > 0."
+    text = re.sub(r"Must be .*$", lambda bounds: bounds[0].replace(" ", "\N{NO-BREAK SPACE}"), text)
+    lines = textwrap.wrap(
         text, _WIDTH, initial_indent="# ", subsequent_indent="# ", break_on_hyphens=False
     )
+    return [line.replace("\N{NO-BREAK SPACE}", " ") for line in lines]

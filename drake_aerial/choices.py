@@ -1,0 +1,25 @@
+"""Names that users choose among, for the library and the command line.
+
+Importing this module loads nothing else, so the command line can list the names in its help.
+"""
+
+from typing import Literal, get_args
+
+METHODS = {
+    "task": ("hull", "normalised"),
+    "paper": ("paper", "resampled"),
+    "kopicki": ("none", "resampled"),
+    "control": ("none", "normalised"),
+    "centroid": ("none", "none"),
+}
+"""Method of `transfer` to (votes, sampling). `control` is `task` without its votes."""
+Method = Literal["task", "paper", "kopicki", "control", "centroid"]
+Belief = Literal["below_contact", "geometric", "true"]
+BELIEFS: tuple[Belief, ...] = get_args(Belief)
+"""What a controller is told about the payload's centre of mass and inertia."""
+ControllerKind = Literal["mpc", "geometric_ff", "geometric"]
+CONTROLLERS: tuple[ControllerKind, ...] = get_args(ControllerKind)
+"""Kinds of controllers."""
+CableKind = Literal["inextensible", "elastic"]
+CABLES: tuple[CableKind, ...] = get_args(CableKind)
+"""Kinds of cables."""

@@ -1,0 +1,64 @@
+"""The canonical scan: what every transfer computes on a new cloud before it asks for contacts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from drake_aerial.cloud.point_cloud import PointCloud
+from drake_aerial.contacts.feasibility.local_surface import LocalSurface
+from drake_aerial.features.canonical_frame import to_canonical
+from drake_aerial.features.horizontal_hull import HorizontalHull
+from drake_aerial.features.surface_features import (
+    FeatureParameters,
+    SurfaceFeatures,
+    compute_features,
+)
+from drake_aerial.geometry import Array, Pose
+
+
+@dataclass(frozen=True, eq=False)
+class CanonicalScan:
+    """The scan of a new payload in its canonical frame N (z up, origin at the centroid).
+
+    Attributes
+    ----------
+    X_SN : Pose
+        N in the cloud's frame S.
+    features : SurfaceFeatures
+        Surface features of the cloud, in N.
+    hull : HorizontalHull
+        Convex hull of the features seen from above, in N.
+    viewpoint : (3,) array or None
+        Position of the sensor in N [m]; None if it is not known.
+    """
+
+    X_SN: Pose
+    features: SurfaceFeatures
+    hull: HorizontalHull
+    viewpoint: Array | None
+
+    @classmethod
+    def of_cloud(cls, cloud: PointCloud, parameters: FeatureParameters) -> CanonicalScan:
+        """Compute the canonical frame, surface features and hull of a cloud given in S.
+
+        Raises
+        ------
+        InputError
+            If the cloud's `up` is not known, it has no surface features, or its projection along
+            gravity has no area.
+        """
+        cloud.require_up()
+        cloud_N, X_SN = to_canonical(cloud)
+        features = compute_features(cloud_N, parameters)
+        return cls(X_SN, features, HorizontalHull.of_points(features.p), cloud_N.viewpoint)
+
+    @property
+    def features_S(self) -> SurfaceFeatures:
+        """The features in the cloud's frame S."""
+        return self.features.transformed(self.X_SN)
+
+    @cached_property
+    def surface(self) -> LocalSurface:
+        """The visible surface in N, on which grippers are set down."""
+        return LocalSurface(self.features)
