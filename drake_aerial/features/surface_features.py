@@ -204,7 +204,7 @@ def compute_features(
     Raises
     ------
     InputError
-        If neighbouring points are more than rho apart, or no part of the cloud has
+        If neighbouring points are more than 2/3 rho apart, or no part of the cloud has
         `min_neighbours` points within rho of each of its points.
 
     Examples
@@ -274,9 +274,11 @@ def _check_sampling(cloud: PointCloud, parameters: FeatureParameters) -> tuple[A
         return ()
     distance = sampling_distance(cloud.points, rho)
     spacing = f"neighbouring points are {100 * distance:.2g} cm apart"
-    if distance > rho:
+    # At this distance, a ball holds as many points as are needed, its centre included.
+    limit = rho * np.sqrt(np.pi / (parameters.min_neighbours + 1))
+    if distance > limit:
         raise InputError(
-            f"the scan is too sparse: {spacing}, at most {50 * rho:.2g} cm are needed for "
+            f"the scan is too sparse: {spacing}, at most {100 * limit:.2g} cm are needed for "
             f"rho = {rho:g} m; {_remedy(cloud)}"
         )
     if distance <= 0.5 * rho:

@@ -22,11 +22,11 @@ def test_the_distance_is_the_one_across_scan_lines(along, across):
 
 def test_sparse_scans_are_noted_or_refused():
     assert compute_features(PointCloud.read(lines(0.01, 0.01))).assumptions == ()
-    noted = compute_features(PointCloud.read(lines(0.01, 0.02))).assumptions
+    noted = compute_features(PointCloud.read(lines(0.01, 0.018))).assumptions
     assert [str(a.kind) for a in noted] == ["spacing"]
-    assert "neighbouring points are 2 cm apart, 1.5 cm or less are better" in noted[0].text
-    with pytest.raises(InputError, match="too sparse: neighbouring points are 4 cm apart"):
-        compute_features(PointCloud.read(lines(0.01, 0.04)))
+    assert "neighbouring points are 1.8 cm apart, 1.5 cm or less are better" in noted[0].text
+    with pytest.raises(InputError, match="too sparse: neighbouring points are 2.2 cm apart"):
+        compute_features(PointCloud.read(lines(0.01, 0.022)))
 
 
 def test_a_scan_in_another_unit_is_told_so():
