@@ -127,7 +127,7 @@ def _best(solutions: ContactSolutions, label: str) -> Solution:
     best = solutions.best
     if best is None:
         reasons = sorted(
-            {reason for solution in solutions.solutions for reason in solution.reasons}
+            {str(reason) for solution in solutions.solutions for reason in solution.reasons}
         )
         raise JobError(
             f"{label}: none of {len(solutions)} contacts can be flown: {', '.join(reasons)}"

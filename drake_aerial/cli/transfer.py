@@ -64,7 +64,7 @@ def run(arguments: argparse.Namespace) -> int:
     from drake_aerial import read_parameters, transfer
     from drake_aerial.contacts.parameters import TransferParameters
     from drake_aerial.named_inputs import read_scan, read_skill
-    from drake_aerial.simulation.lift_check import default_lift
+    from drake_aerial.plant.team_lift import default_lift
 
     skill = read_skill(arguments.skill)
     parameters = TransferParameters()
@@ -101,7 +101,7 @@ def _table(solutions: ContactSolutions) -> str:
     lines = []
     for solution in solutions.solutions:
         where = "; ".join(" ".join(f"{x:+.3f}" for x in p) for p in solution.X_SG.p)
-        state = "feasible" if solution.feasible else ", ".join(solution.reasons)
+        state = "feasible" if solution.feasible else ", ".join(map(str, solution.reasons))
         lines.append(
             f"{solution.rank:2d}  log J {solution.log_likelihood:8.2f}  at {where} m  {state}"
         )

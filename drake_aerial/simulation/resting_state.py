@@ -12,8 +12,8 @@ from pydrake.systems.framework import Context
 
 from drake_aerial.geometry import Array, quat_from_two_vectors
 from drake_aerial.simulation.beliefs import suspended_properties
-from drake_aerial.simulation.lift_check import level_tensions
 from drake_aerial.statics.gravity import GRAVITY
+from drake_aerial.statics.tensions import level_tensions
 
 if TYPE_CHECKING:
     from drake_aerial.simulation.station import TransportStation

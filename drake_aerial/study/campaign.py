@@ -15,9 +15,9 @@ from drake_aerial.study.contacts import (
     SPARE,
     ContactTask,
     FoundContacts,
+    cached_scan,
+    cached_skill,
     find_contacts,
-    seen,
-    taught,
 )
 from drake_aerial.study.plan import StudyPlan
 from drake_aerial.study.records import StudyFolder, read_records
@@ -182,11 +182,11 @@ def _write_inputs(plan: StudyPlan, folder: StudyFolder) -> None:
     for condition in plan.conditions:
         path = folder.path / "scans" / f"{condition.name}.npz"
         if not path.exists():
-            write_scan(path, seen(condition, plan.seed))
+            write_scan(path, cached_scan(condition, plan.seed))
         if condition.demonstration is not None:
             path = folder.path / "skills" / f"{Path(condition.demonstration).stem}.npz"
             if not path.exists():
-                taught(condition.demonstration).save(path)
+                cached_skill(condition.demonstration).save(path)
 
 
 def _contacts(

@@ -18,7 +18,7 @@ from drake_aerial.errors import InputError, JobError
 from drake_aerial.geometry import Array, transform
 from drake_aerial.simulation.trial_result import TrialResult
 from drake_aerial.study.conditions import Condition
-from drake_aerial.study.contacts import check_version, place, seen
+from drake_aerial.study.contacts import cached_scan, check_version, place
 from drake_aerial.study.plan import Arm
 from drake_aerial.study.seeds import seed_of
 
@@ -188,7 +188,7 @@ def plan_trials(
     for found in contacts.solutions:
         if flown == arm.solutions:
             break
-        obstacles = place(found, payload).obstacles
+        obstacles = tuple(map(str, place(found, payload).obstacles))
         if obstacles and not fly_infeasible:
             tasks.append(task(found, None, 0, obstacles))
             continue
@@ -256,7 +256,7 @@ def _fly(task: TrialTask) -> FlownTrial:
     centre = positions.mean(axis=0)
     record |= {
         "feasible": found.feasible,
-        "reasons": list(found.reasons),
+        "reasons": [str(reason) for reason in found.reasons],
         "moved_m": placed.moved.tolist(),
     }
     record["contact"] = {
@@ -303,7 +303,7 @@ def _flight(task: TrialTask, solution: Solution, payload: Any) -> Any:
             ContactSolutions(**fields, solutions=(solution,)),
             payload=payload,
             solution=solution.rank,
-            cloud=seen(task.condition, task.seed),
+            cloud=cached_scan(task.condition, task.seed),
             belief=task.belief,
             controller=task.condition.controller,
             trajectory=task.condition.trajectory,

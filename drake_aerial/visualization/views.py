@@ -163,7 +163,7 @@ def contacts_view(solutions: ContactSolutions, cloud: PointCloud) -> View:
         )
     lines = [f"method {solutions.method}, skill {solutions.skill}, seed {solutions.seed}", note, ""]
     for solution in solutions.solutions:
-        state = "feasible" if solution.feasible else "; ".join(solution.reasons)
+        state = "feasible" if solution.feasible else "; ".join(map(str, solution.reasons))
         lines.append(f"{solution.rank}  log J {solution.log_likelihood:8.2f}  {state}")
     picture = contacts_picture(points, solutions.solutions, colors=colors)
     return View(picture, f"contacts on {_name(cloud.path)}", legend, "\n".join(lines))

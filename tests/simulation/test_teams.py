@@ -156,14 +156,14 @@ def test_a_quadrotor_that_cannot_lift_its_share_is_refused(box):
     heavy = Payload.from_box([0.6, 0.3, 0.2], 0.6)
     equal = np.array([[-0.25, 0.0, 0.1], [0.25, 0.0, 0.1]])
     with pytest.raises(
-        InputError, match=r"quadrotor 1 of 2 has 1\.55 N to spare.*0\.6 kg is 2\.94 N"
+        InputError, match=r"quadrotor 1 of 2 .* 0\.6 kg, 2\.94 N, got 1\.55 N above its own"
     ):
         make_transport_station(heavy, equal, parameters=team)
     # Three times the arm, a quarter of the load, 1.47 N.
     make_transport_station(heavy, equal * [[1.0, 1.0, 1.0], [1 / 3, 1.0, 1.0]], parameters=team)
     hopeless = replace(weak, mass=0.41)
     with pytest.raises(
-        InputError, match=r"quadrotor 1 of 2 pushes with 4\.00 N at most and weighs 4\.02 N"
+        InputError, match=r"quadrotor 1 of 2 must exceed its own weight, 4\.02 N, got 4\.00 N"
     ):
         make_transport_station(box, equal, parameters=replace(team, quadrotor=(hopeless, LARGE)))
     # This check does not reject a formation that no cables can hold level.

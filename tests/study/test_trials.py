@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from drake_aerial.contacts.feasibility.reasons import Reason
 from drake_aerial.contacts.solutions import ContactSolutions, Solution
 from drake_aerial.geometry import Pose
 from drake_aerial.references.trajectory import HoverTrajectory
@@ -32,7 +33,7 @@ def solutions(*verdicts):
                 k + 1,
                 -float(k),
                 not reasons,
-                reasons,
+                tuple(map(Reason.from_text, reasons)),
                 Pose(p, LEVEL),
                 up,
                 Pose(p + 0.5 * up, LEVEL),

@@ -8,6 +8,7 @@ import trimesh
 
 from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.contacts.parameters import TransferParameters
+from drake_aerial.contacts.solutions import ContactSolutions
 from drake_aerial.contacts.transfer import transfer
 from drake_aerial.io import model_files
 from drake_aerial.skill.demonstration import Demonstration
@@ -22,12 +23,17 @@ THREE = np.array([[0.22, 0.0, TOP], [-0.14, 0.2, TOP], [-0.14, -0.2, TOP]])
 
 
 def written_reasons(path, positions, cloud=None, parameters=FAST, **options):
-    """Return the reasons in the file against the likeliest solution; check it is infeasible."""
+    """Return the reasons of the likeliest solution as the file has them; check its feasibility."""
     demonstration = Demonstration.make(box_cloud(SIZE, seed=100), positions, name="case", **options)
     cloud = box_cloud(SIZE, seed=2, noise=0.0005) if cloud is None else cloud
-    transfer(learn(demonstration), cloud, top=2, parameters=parameters).write(path)
+    found = transfer(learn(demonstration), cloud, top=2, parameters=parameters)
+    found.write(path)
     best = json.loads(path.read_text())["solutions"][0]
     assert best["feasible"] is not bool(best["reasons"])
+    # A file that is read has reasons of the same kinds against the same grippers.
+    for made, read in zip(found[0].reasons, ContactSolutions.read(path)[0].reasons, strict=True):
+        assert (read.kind, read.gripper, read.pair) == (made.kind, made.gripper, made.pair)
+        assert str(read) == str(made)
     return best["reasons"]
 
 
