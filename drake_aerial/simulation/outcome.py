@@ -90,8 +90,6 @@ class FlightMonitor:
         self._phase = (
             None if station.controller is None else station.GetOutputPort("controller.phase")
         )
-        release = station.cable_system.release
-        self._release = release if release is not None and release.is_needed else None
         self._quadrotors = {int(q.body.index()) for q in station.quadrotors}
         self._payload = int(station.payload_body.body.index())
         self._next_look = self._next_report = 0.0
@@ -105,8 +103,6 @@ class FlightMonitor:
 
     def __call__(self, context: Context) -> EventStatus:
         """Look at the state after a step; ends the simulation when it is over."""
-        if self._release is not None:
-            self._release(context)
         t = context.get_time()
         if t < self._next_look - 1e-9:
             return _NOTHING_DONE

@@ -126,9 +126,9 @@ def test_low_altitude_is_the_standard_in_feet():
     [
         ((1.0, 5.0), "altitude"),
         ((400.0, 5.0), "altitude"),
-        ((10.0, 0.0), "20 ft"),
+        ((10.0, 0.0), "wind_at_20_feet"),
         ((10.0, 5.0, -1.0), "airspeed"),
-        ((10.0, np.inf), "20 ft"),
+        ((10.0, np.inf), "wind_at_20_feet"),
     ],
 )
 def test_what_the_standard_does_not_cover_is_refused(arguments, words):
