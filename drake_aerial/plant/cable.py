@@ -35,6 +35,7 @@ from drake_aerial.plant.quadrotor import Quadrotor
 _DEFAULT_SLACK = 0.1
 """Slack of a cable by default, as a fraction of its length."""
 
+
 @record(frozen=True)
 class CableParameters:
     """A cable between a quadrotor's centre of mass and a gripper."""

@@ -240,7 +240,7 @@ class TransportStation(Diagram):
     def install(self, simulator: Simulator) -> None:
         """Let overloaded grippers go in a simulation of this station, or of a diagram with it.
 
-        Call it after `simulator.set_monitor`, before `simulator.Initialize` (`CableSystem.install`).
+        Call it after `set_monitor` and before `Initialize`; see `CableSystem.install`.
         """
         self.cable_system.install(simulator)
 

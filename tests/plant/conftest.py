@@ -1,4 +1,4 @@
-"""A rig: payload, quadrotors on cables, constant propeller commands; everything at the caller's choice."""
+"""A rig of one payload and one quadrotor on a cable, with constant propeller commands."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""Both kinds of cable against what a cable must do, computed by hand."""
+"""Both kinds of cable against statics, momentum, energy and the pendulum."""
 
 import numpy as np
 import pytest
@@ -39,7 +39,8 @@ def test_static_tension_is_the_weight_below(rig, kind):
 
 @KINDS
 def test_pendulum_period(rig, kind):
-    # Two masses on a cable, the upper one carried by a constant vertical thrust: omega^2 = g (1 + m_payload/m_quadrotor) / l.
+    # Two masses on a cable, the upper one with a constant vertical thrust:
+    # omega^2 = g (1 + m_payload/m_quadrotor) / l.
     r = rig(kind, thrust=WEIGHT)
     angle = np.deg2rad(4.0)
     offset = LENGTH * np.array([np.sin(angle), 0.0, np.cos(angle)])
@@ -70,8 +71,8 @@ def test_an_inextensible_cable_that_tightens_again_ends_in_a_common_velocity(rig
 @pytest.mark.parametrize("damping", [10.0, 35.0])
 @pytest.mark.parametrize("p_LC", [(0.0, 0.0, 0.0), (0.12, -0.08, 0.0)])
 def test_momentum_through_an_elastic_cable_that_tightens_again(rig, p_LC, damping):
-    # The oracle: stretch under the spring and damper, integrated finely until the cable goes slack again;
-    # the plant may meet the tightening anywhere in its step of 2 ms.
+    # Oracle: the stretch under spring and damper, integrated finely until the cable is slack again.
+    # The cable may tighten anywhere within the plant's step of 2 ms.
     k = CableParameters().stiffness
     x, y, _ = p_LC
     # The gripper's 2 g shift the centre of mass and add to the inertia by less than 1 %.
@@ -100,7 +101,8 @@ def test_momentum_through_an_elastic_cable_that_tightens_again(rig, p_LC, dampin
         r.simulator.AdvanceTo(0.1)
         taken.append(M_Q * (1.0 - r.state("quadrotor")[12]))
         total = r.plant.CalcSpatialMomentumInWorldAboutPoint(r.context, np.zeros(3)).translational()
-        # A payload that turns has its origin off its centre of mass by the gripper's 2 g, and the step keeps that to second order.
+        # The gripper's 2 g shift the centre of mass; the step keeps the momentum of a rotating
+        # payload to second order.
         assert total == pytest.approx([0, 0, M_Q], abs=1e-5 if any(p_LC) else 1e-9)
     assert taken == pytest.approx([transferred] * 8, rel=0.02)
 
@@ -113,7 +115,8 @@ def test_a_slack_cable_exerts_nothing(rig, kind):
     r.simulator.AdvanceTo(0.15)
     after = r.state("payload")
     assert r.tension() < 0.01
-    # The gripper's 2 g sit off the centre of mass, so the common centre falls freely and L turns about it.
+    # The gripper's 2 g are off the centre of mass: their common centre falls freely and L rotates
+    # about it.
     assert after[10:13] - before[10:13] == pytest.approx([0, 0, -G * 0.15], abs=0.003)
     assert r.state("quadrotor")[10:13] == pytest.approx([0, 0, 0], abs=0.002)
     assert np.linalg.norm(r.state("quadrotor")[7:10]) < 0.05
@@ -133,7 +136,7 @@ def test_no_energy_without_thrust(rig, kind):
 
 @KINDS
 def test_the_start_has_no_transient(rig, kind):
-    # A tilted quadrotor beside its contact, the cable slanted and taut: nothing may jump in the first step.
+    # A tilted quadrotor beside its contact, the cable slanted and taut: no body may jump.
     r = rig(kind, p_LC=[0.1, 0.05, 0.14], gravity=False)
     direction = np.array([0.3, -0.2, 0.93])
     p_Q = np.array([0.1, 0.05, 1.14]) + LENGTH * direction / np.linalg.norm(direction)

@@ -211,7 +211,8 @@ def test_a_payload_that_is_welded_to_the_world_holds_a_cable():
         from drake_aerial.plant.world import add_plant
 
         plant, _ = add_plant(builder := DiagramBuilder())
-        payload, quadrotor = add_payload(plant, Payload.from_box([0.4, 0.4, 0.2])), add_quadrotor(plant)
+        payload = add_payload(plant, Payload.from_box([0.4, 0.4, 0.2]))
+        quadrotor = add_quadrotor(plant)
         X = RigidTransform([0.0, 0.0, 3.0])
         plant.WeldFrames(plant.world_frame(), payload.body.body_frame(), X)
         cable = add_cable(plant, quadrotor, add_gripper(plant, payload, [0.0, 0.0, -0.1]))

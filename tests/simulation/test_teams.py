@@ -162,10 +162,10 @@ def test_a_quadrotor_that_cannot_lift_its_share_is_refused(box):
     # Three times the arm, a quarter of the load, 1.47 N.
     make_transport_station(heavy, equal * [[1.0, 1.0, 1.0], [1 / 3, 1.0, 1.0]], parameters=team)
     hopeless = replace(weak, mass=0.41)
+    on_box, pair = equal + [0.0, 0.0, 0.04], replace(team, quadrotor=(hopeless, LARGE))
     with pytest.raises(
         InputError, match=r"quadrotor 1 of 2 pushes with 4\.00 N at most and weighs 4\.02 N"
     ):
-        on_box, pair = equal + [0.0, 0.0, 0.04], replace(team, quadrotor=(hopeless, LARGE))
         make_transport_station(box, on_box, parameters=pair)
     # Contacts that cannot hold the payload level are not judged by this check.
     make_transport_station(box, TRIANGLE * [0.2, 1.0, 1.0] + [0.2, 0.0, 0.0])
