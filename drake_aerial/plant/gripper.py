@@ -12,7 +12,6 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, RigidBody, SpatialInertia, UnitInertia
 
-from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, perpendicular, quat_from_xz
 from drake_aerial.io.records import Positive, PositiveOrInfinite, record
 from drake_aerial.plant.part_checks import (

@@ -207,3 +207,15 @@ def test_mixed_kinds_are_refused(rig):
     with pytest.raises(InputError, match="elastic and inextensible"):
         connect_cables(None, r.plant, [r.cable, other.cable], None, None)
     assert isinstance(r.cables.system, CableTensions)
+
+
+@KINDS
+def test_parts_are_at_rest_in_a_new_context(rig, kind):
+    # Nothing is placed: the box stands on the ground and the quadrotor hovers above its contact.
+    r = rig(kind, p_LC=[0.1, 0.05, 0.14], thrust=M_Q * G, ground=True)
+    r.simulator.AdvanceTo(0.3)
+    payload, quadrotor = r.state("payload"), r.state("quadrotor")
+    assert payload[4:7] == pytest.approx([0.0, 0.0, 0.14], abs=1e-3)
+    assert np.abs(payload[7:]).max() < 0.01
+    assert quadrotor[4:7] == pytest.approx([0.1, 0.05, 0.28 + 0.9 * LENGTH], abs=2e-3)
+    assert r.tension() < 0.01
