@@ -36,7 +36,7 @@ def _fingerprint() -> str:
 
 def _sheet(path: Path, images: dict[str, np.ndarray], columns: int) -> None:
     """Write images with their titles side by side."""
-    from drake_aerial.visualization.plots import figure, save_figure
+    from drake_aerial.visualization.matplotlib_figure import figure, save_figure
 
     rows = -(-len(images) // columns)
     drawing, axes = figure(3.6 * columns, 3.2 * rows, rows, columns)
@@ -53,7 +53,7 @@ def features(path: Path) -> None:
     from drake_aerial import compute_features, read_scan
     from drake_aerial.demo import scan_of
     from drake_aerial.plant.payload import Payload
-    from drake_aerial.visualization.pictures import features_picture
+    from drake_aerial.visualization.method_meshes import features_mesh
     from drake_aerial.visualization.rendering import render
 
     clouds = {
@@ -62,7 +62,7 @@ def features(path: Path) -> None:
         "a bunny": read_scan("bunny"),
     }
     images = {
-        title: render(features_picture(compute_features(cloud)), size=PANEL)
+        title: render(features_mesh(compute_features(cloud)), size=PANEL)
         for title, cloud in clouds.items()
     }
     _sheet(path, images, 3)
@@ -71,11 +71,11 @@ def features(path: Path) -> None:
 def skills(path: Path) -> None:
     """What is learnt from four of the shipped demonstrations."""
     from drake_aerial import read_skill
-    from drake_aerial.visualization.pictures import skill_picture
+    from drake_aerial.visualization.method_meshes import skill_mesh
     from drake_aerial.visualization.rendering import render
 
     names = ("flat", "edge", "curved", "formation")
-    _sheet(path, {name: render(skill_picture(read_skill(name)), size=PANEL) for name in names}, 4)
+    _sheet(path, {name: render(skill_mesh(read_skill(name)), size=PANEL) for name in names}, 4)
 
 
 def contacts(path: Path) -> None:
@@ -93,7 +93,8 @@ def contacts(path: Path) -> None:
 def likelihood(path: Path) -> None:
     """Where on a new scan the surface alone, the votes alone, and both together want the gripper."""
     from drake_aerial import read_scan, read_skill, transfer
-    from drake_aerial.visualization.pictures import contacts_picture, heat
+    from drake_aerial.visualization.colors import heat
+    from drake_aerial.visualization.method_meshes import contacts_mesh
     from drake_aerial.visualization.rendering import render
 
     found = transfer(read_skill("curved"), read_scan("bunny"))
@@ -107,7 +108,7 @@ def likelihood(path: Path) -> None:
     images = {}
     for index, (title, log) in enumerate(fields.items()):
         shown = found.solutions if index == 2 else ()
-        picture = contacts_picture(points, shown, colors=heat(np.exp(log - log.max())))
+        picture = contacts_mesh(points, shown, colors=heat(np.exp(log - log.max())))
         images[title] = render(picture, size=PANEL, azimuth=-1.2)
     _sheet(path, images, 3)
 
@@ -117,17 +118,17 @@ def formation(path: Path) -> None:
     import trimesh
 
     from drake_aerial import Payload, PointCloud, read_scan, read_skill, transfer
-    from drake_aerial.visualization.pictures import contacts_picture, skill_picture
+    from drake_aerial.visualization.method_meshes import contacts_mesh, skill_mesh
     from drake_aerial.visualization.rendering import render
 
     skill = read_skill("formation")
     triangle = Payload.read("hollow_triangle")
     large = PointCloud.read(trimesh.Trimesh(1.4 * triangle.vertices, triangle.faces, process=False))
-    images = {"shown once": render(skill_picture(skill), size=PANEL)}
+    images = {"shown once": render(skill_mesh(skill), size=PANEL)}
     for title, cloud in {"1.4 times as large": large, "a box": read_scan("box_68x68x28")}.items():
         found = transfer(skill, cloud, top=1)
         images[title] = render(
-            contacts_picture(found.query.scan.features_S.p, found.solutions), size=PANEL
+            contacts_mesh(found.query.scan.features_S.p, found.solutions), size=PANEL
         )
     _sheet(path, images, 3)
 
@@ -137,7 +138,7 @@ def flights(path: Path) -> None:
     from drake_aerial.plant.payload import Payload
     from drake_aerial.simulation.flight import Flight
     from drake_aerial.simulation.suspended_payload import SuspendedPayload
-    from drake_aerial.visualization.plots import plot_flights
+    from drake_aerial.visualization.flight_plots import plot_flights
 
     payload = Payload.read("box_68x61x28")
     shown = {}

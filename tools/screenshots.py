@@ -34,7 +34,7 @@ def make_pages(folder: Path) -> dict[str, Path]:
     from drake_aerial import prepare_flight, read_scan, read_skill, transfer
     from drake_aerial.demo import run_demo
     from drake_aerial.visualization.replay import write_replay
-    from drake_aerial.visualization.views import cloud_view, skill_view, write_contacts_page
+    from drake_aerial.visualization.file_view import cloud_view, skill_view, write_contacts_page
 
     pages = {name: folder / f"{name}.html" for name in ("cloud", "skill", "contacts", "trial")}
     np.save(folder / "bunny.npy", read_scan("bunny").points)

@@ -1,1 +1,1 @@
-"""Pictures, pages, plots and Meshcat scenes of clouds, skills, contacts and flights. No computation of results."""
+"""Drawings of the method's values and flights: images, plots, HTML pages. No results are computed."""

@@ -12,10 +12,10 @@ import numpy as np
 from drake_aerial.geometry import Array
 from drake_aerial.study.analysis.quantities import method_color
 from drake_aerial.study.analysis.saliency import SalientSurface
-from drake_aerial.study.report.figure_files import save_figures
-from drake_aerial.visualization.picture import BLACK, BLUE, GREY, Picture
-from drake_aerial.visualization.pictures import add_formation, skill_picture
-from drake_aerial.visualization.plots import figure
+from drake_aerial.visualization.colored_mesh import ColoredMesh
+from drake_aerial.visualization.colors import BLACK, BLUE, GREY
+from drake_aerial.visualization.matplotlib_figure import figure, save_png_and_pdf
+from drake_aerial.visualization.method_meshes import add_formation, skill_mesh
 from drake_aerial.visualization.rendering import render
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ def draw_gallery(
             for row, (method, cells) in zip(axes, rows.items())
         ]
     if skill is not None:
-        axes[0, 0].imshow(render(skill_picture(skill), size=CELL, zoom=1.1))
+        axes[0, 0].imshow(render(skill_mesh(skill), size=CELL, zoom=1.1))
         axes[0, 0].set_title("shown once", fontsize=9)
     for axis in axes.flat:
         axis.set_axis_off()
@@ -96,13 +96,13 @@ def draw_gallery(
                     -0.02, 0.45, method, transform=axis.transAxes, fontsize=12, weight="bold", rotation=90, ha="right", va="center",
                     color=method_color(method),
                 )  # fmt: skip
-    return save_figures(drawing, stem, dpi=120)
+    return save_png_and_pdf(drawing, stem, dpi=120)
 
 
 def _picture(
     solution: Solution, points: Array, colors: Array, com_S: Sequence[float] | None
-) -> Picture:
-    picture = Picture()
+) -> ColoredMesh:
+    picture = ColoredMesh()
     diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
     rich = colors[:, 0] < _RICH
     picture.add_points(points[~rich], color=colors[~rich], radius=_DOT * diagonal)

@@ -22,8 +22,7 @@ from drake_aerial.study.analysis.statistics import (
     flown,
     value_of,
 )
-from drake_aerial.study.report.figure_files import save_figures
-from drake_aerial.visualization.plots import figure
+from drake_aerial.visualization.matplotlib_figure import figure, save_png_and_pdf
 
 ROWS = ("position_rmse_m", "attitude_rmse_rad")
 
@@ -102,7 +101,7 @@ def draw_offsets(stem: Path, groups: Mapping[Group, Sequence[Record]], inertia: 
         for m in methods
     ]
     drawing.legend(handles=handles, loc="outside upper center", ncols=len(handles), frameon=False)
-    return save_figures(drawing, stem, dpi=110)
+    return save_png_and_pdf(drawing, stem, dpi=110)
 
 
 def _solutions(records: Sequence[Record]) -> list[tuple[float, dict[str, float | None], bool]]:

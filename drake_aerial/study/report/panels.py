@@ -10,8 +10,7 @@ import numpy as np
 
 from drake_aerial.study.analysis.quantities import DEGREES, METHOD_LINES, method_color
 from drake_aerial.study.analysis.timeline import PANELS, Timeline
-from drake_aerial.study.report.figure_files import save_figures
-from drake_aerial.visualization.plots import figure
+from drake_aerial.visualization.matplotlib_figure import figure, save_png_and_pdf
 
 _TITLES = {
     "position_error": ("distance from the path", "cm", 100.0),
@@ -58,7 +57,7 @@ def draw_panels(stem: Path, timelines: Mapping[str, Timeline]) -> Path | None:
     drawing.legend(
         handles, labels, loc="outside upper center", ncols=len(labels), frameon=False, fontsize=11
     )
-    return save_figures(drawing, stem, dpi=110)
+    return save_png_and_pdf(drawing, stem, dpi=110)
 
 
 def _draw(panel: Any, method: str, timeline: Timeline, name: str, factor: float) -> float:

@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from drake_aerial.visualization.time_plots import TimePlot, time_plots
+from drake_aerial.visualization.svg_time_plots import TimePlot, svg_time_plots
 
 
 def lines_of(page):
@@ -20,7 +20,7 @@ def test_a_peak_of_one_sample_is_drawn_at_its_time_and_height():
     time = 0.01 * np.arange(30_000)
     values = np.ones((30_000, 1))
     values[17_123] = 6.0
-    page = time_plots(time, [TimePlot("tension [N]", values)])
+    page = svg_time_plots(time, [TimePlot("tension [N]", values)])
     (line,) = lines_of(page)
     assert len(line) < 1000
     # The scale ends at the next round number, 7.
@@ -33,7 +33,7 @@ def test_a_peak_of_one_sample_is_drawn_at_its_time_and_height():
 def test_the_cursor_reads_every_line_ten_times_a_second():
     time = 0.01 * np.arange(501)
     values = np.column_stack([time, 2.0 * time])
-    page = time_plots(time, [TimePlot("a [m]", values), TimePlot("b & c", values[:, :1])])
+    page = svg_time_plots(time, [TimePlot("a [m]", values), TimePlot("b & c", values[:, :1])])
     data = json.loads(re.search(r"const data = (.*);", page).group(1))
     assert data["span"] == pytest.approx(5.0)
     for t in (0.0, 1.3, 5.0):
@@ -43,14 +43,16 @@ def test_the_cursor_reads_every_line_ten_times_a_second():
 
 
 def test_marks_are_drawn_inside_only():
-    page = time_plots(np.linspace(2.0, 12.0, 101), [TimePlot("a", np.ones(101))], [2.0, 7.0, 13.0])
+    page = svg_time_plots(
+        np.linspace(2.0, 12.0, 101), [TimePlot("a", np.ones(101))], [2.0, 7.0, 13.0]
+    )
     assert re.findall(r'class="mark" x1="([^"]+)"', page) == ["500.0"]
 
 
 def test_what_is_not_finite_or_all_zero_is_drawn_as_zero():
-    page = time_plots(np.arange(3.0), [TimePlot("a", np.array([0.0, np.nan, 0.0]))])
+    page = svg_time_plots(np.arange(3.0), [TimePlot("a", np.array([0.0, np.nan, 0.0]))])
     assert lines_of(page)[0][:, 1].tolist() == [100.0, 100.0, 100.0]
 
 
 def test_one_sample_is_no_plot():
-    assert time_plots(np.zeros(1), [TimePlot("a", np.zeros(1))]) == ""
+    assert svg_time_plots(np.zeros(1), [TimePlot("a", np.zeros(1))]) == ""

@@ -1,4 +1,4 @@
-"""Meshcat as a server: a file that is looked at, and a flight that is looked at while it is simulated."""
+"""A live Meshcat: a file, or a flight while it is simulated."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ import numpy as np
 from drake_aerial.geometry import Array, Pose, rotate
 from drake_aerial.simulation.metrics import SLACK
 from drake_aerial.statics.gravity import GRAVITY
+from drake_aerial.visualization.file_view import is_trial, view_of
 from drake_aerial.visualization.flight_scene import FlightScene
-from drake_aerial.visualization.pages import quiet_meshcat, show_picture
+from drake_aerial.visualization.meshcat_server import show_mesh, start_meshcat
 from drake_aerial.visualization.replay import record_flight
-from drake_aerial.visualization.views import is_trial, view_of
 
 if TYPE_CHECKING:
     from pydrake.systems.framework import Context
@@ -28,7 +28,9 @@ if TYPE_CHECKING:
 Tell = Callable[[str], None]
 
 _PERIOD = 0.04
+"""Time between two shown states [s]."""
 _PIECE = 0.03
+"""Length of the pieces of the flown path [m]."""
 
 
 @contextmanager
@@ -39,36 +41,39 @@ def live_view(
     port: int | None = None,
     open_browser: bool = False,
 ) -> Iterator[str]:
-    """Show a file at an address of this machine until the context is left.
+    """Serve a view of a file until the context is left.
 
     Parameters
     ----------
     path : str or Path
-        As of `write_view`; of a trial, the animation.
+        A file that `write_view` accepts; a trial is shown as an animation.
     skill : ContactSkill, optional
-        As of `write_view`.
+        As in `write_view`.
     port : int, optional
         1024 to 65535; the first free one from 7000 by default.
     open_browser : bool
-        Whether to open the address there.
+        Open the address in the browser.
 
     Yields
     ------
     str
-        The address.
+        The address, on this machine.
 
     Raises
     ------
     InputError
-        As `write_view`, or if the port cannot be had.
+        As in `write_view`, or if the port is out of range or taken.
     """
-    trial = _trial(path)
-    view = None if trial is not None else view_of(path, skill=skill)
-    meshcat = quiet_meshcat(port)
-    if view is None:
+    if is_trial(path):
+        from drake_aerial.simulation.trial_result import TrialResult
+
+        trial = TrialResult.load(path)
+        meshcat = start_meshcat(port)
         record_flight(meshcat, trial)
     else:
-        show_picture(meshcat, view.picture)
+        view = view_of(path, skill=skill)
+        meshcat = start_meshcat(port)
+        show_mesh(meshcat, view.mesh)
     if open_browser:
         webbrowser.open(meshcat.web_url())
     yield meshcat.web_url()
@@ -83,7 +88,7 @@ def live_flight(
     tell: Tell | None = None,
     patience: float = 10.0,
 ) -> Iterator[LiveFlight]:
-    """Serve what a flight looks like while it is simulated: give what this yields to `Flight.run` as `watch`.
+    """Serve a flight while it is simulated.
 
     Parameters
     ----------
@@ -91,16 +96,21 @@ def live_flight(
     port : int, optional
         1024 to 65535; the first free one from 7000 by default.
     open_browser : bool
-        Whether to open the address there.
+        Open the address in the browser.
     tell : callable, optional
-        Called with the address, before a browser is waited for.
+        Called with the address before the wait for a browser.
     patience : float
-        How long to wait for a browser before the flight begins all the same [s].
+        Longest wait for a browser [s]; then the flight begins without one.
+
+    Yields
+    ------
+    LiveFlight
+        The argument `watch` of `Flight.run`.
 
     Raises
     ------
     InputError
-        If the port cannot be had.
+        If the port is out of range or taken.
 
     Examples
     --------
@@ -114,7 +124,7 @@ def live_flight(
     >>> result.outcome
     'completed'
     """
-    meshcat = quiet_meshcat(port)
+    meshcat = start_meshcat(port)
     watch = LiveFlight(meshcat, flight)
     if tell is not None:
         tell(meshcat.web_url())
@@ -131,12 +141,12 @@ def live_flight(
 
 
 class LiveFlight:
-    """Moves a `FlightScene` with a simulation, and holds the simulation back to real time.
+    """Moves a `FlightScene` with a simulation, at most at real time.
 
     Attributes
     ----------
     frames : int
-        How many pictures were shown.
+        Number of states shown.
     """
 
     def __init__(self, meshcat: Any, flight: Flight):
@@ -159,7 +169,7 @@ class LiveFlight:
         self.frames = 0
 
     def __call__(self, context: Context) -> None:
-        """Show the state in a station's context, not before its time."""
+        """Show the state in a station's context; wait until it is due."""
         t = context.get_time()
         if t < self._next - 1e-9:
             return
@@ -172,7 +182,7 @@ class LiveFlight:
         if wait > 0.0:
             time.sleep(wait)
         else:
-            # Who was late does not hurry afterwards.
+            # After a delay, do not try to catch up.
             self._start -= wait
         self._next = t + _PERIOD
         self.frames += 1
@@ -194,11 +204,11 @@ class LiveFlight:
             self._flown = payload[4:7].copy()
 
     def close(self) -> None:
-        """Let go of the server, so that it stops."""
+        """Drop the references to the server, so that it stops."""
         del self._meshcat, self._scene
 
     def _begin(self, p_WL: Array, t: float) -> None:
-        """Draw the reference path from where the payload is, as it is flown; the clock starts."""
+        """Start the clock and draw the reference path, which starts at the payload."""
         self._start = time.monotonic() - t
         self._flown = p_WL.copy()
         self._reference = self._trajectory.starting_at(p_WL)
@@ -206,11 +216,3 @@ class LiveFlight:
         self._scene.draw_reference(path)
         span = np.vstack([path, path + [0.0, 0.0, 0.7]])
         self._scene.look_at(span.min(axis=0), span.max(axis=0))
-
-
-def _trial(path: str | Path) -> Any:
-    if not is_trial(path):
-        return None
-    from drake_aerial.simulation.trial_result import TrialResult
-
-    return TrialResult.load(path)

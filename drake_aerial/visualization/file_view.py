@@ -1,4 +1,4 @@
-"""`drake-aerial view`: one page for whatever file is given."""
+"""`drake-aerial view`: one page of a cloud, a skill, contacts or a trial."""
 
 from __future__ import annotations
 
@@ -13,17 +13,16 @@ from drake_aerial.errors import InputError
 from drake_aerial.io import model_files
 from drake_aerial.io.archives import load_archive
 from drake_aerial.io.strict_yaml import mapping_from_json
-from drake_aerial.visualization.pages import write_picture_page
-from drake_aerial.visualization.picture import RED, Color, Picture
-from drake_aerial.visualization.pictures import (
+from drake_aerial.visualization.colored_mesh import ColoredMesh
+from drake_aerial.visualization.colors import HEAT_COLORS, RANK_COLORS, RED, heat
+from drake_aerial.visualization.meshcat_page import Legend, write_meshcat_page
+from drake_aerial.visualization.meshcat_server import show_mesh, start_meshcat
+from drake_aerial.visualization.method_meshes import (
     FEATURE_LEGEND,
-    HEAT_COLORS,
-    RANK_COLORS,
     SKILL_LEGEND,
-    contacts_picture,
-    features_picture,
-    heat,
-    skill_picture,
+    contacts_mesh,
+    features_mesh,
+    skill_mesh,
 )
 
 if TYPE_CHECKING:
@@ -31,37 +30,40 @@ if TYPE_CHECKING:
     from drake_aerial.contacts.solutions import ContactSolutions
     from drake_aerial.skill.contact_skill import ContactSkill
 
-CONTACTS_LEGEND: list[tuple[Color, str]] = [
+CONTACTS_LEGEND: Legend = [
     (RANK_COLORS[0], "best contact, with its quadrotor"),
     (RANK_COLORS[3], "further contacts"),
-    (RED, "cannot be flown"),
+    (RED, "infeasible contact"),
 ]
-HEAT_LEGEND: list[tuple[Color, str]] = [
-    (HEAT_COLORS[0], "on the scan: unlikely"),
-    (HEAT_COLORS[1], "on the scan: half as likely as the best place"),
-    (HEAT_COLORS[2], "on the scan: likely"),
+HEAT_LEGEND: Legend = [
+    (HEAT_COLORS[0], "scan: contact unlikely"),
+    (HEAT_COLORS[1], "scan: half the highest density"),
+    (HEAT_COLORS[2], "scan: contact likely"),
 ]
 
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """What is shown of a file that stands still.
+    """A view of a file without animation.
 
     Attributes
     ----------
-    picture : Picture
+    mesh : ColoredMesh
     title, text : str
+        On the card of the page.
     legend : list of (colour, label)
     """
 
-    picture: Picture
+    mesh: ColoredMesh
     title: str
-    legend: list[tuple[Color, str]]
+    legend: Legend
     text: str
 
     def write(self, out: str | Path) -> None:
-        """Write it as one self-contained HTML page."""
-        write_picture_page(out, self.picture, title=self.title, legend=self.legend, text=self.text)
+        """Write the view as one self-contained HTML page."""
+        meshcat = start_meshcat()
+        show_mesh(meshcat, self.mesh)
+        write_meshcat_page(out, meshcat, title=self.title, legend=self.legend, text=self.text)
 
 
 def write_view(path: str | Path, out: str | Path, *, skill: ContactSkill | None = None) -> str:
@@ -70,21 +72,22 @@ def write_view(path: str | Path, out: str | Path, *, skill: ContactSkill | None 
     Parameters
     ----------
     path : str or Path
-        A cloud (.ply, .pcd, .obj, .stl, .npz, .npy), a skill .npz, a contacts.json, a trial.npz, or a trial's folder.
+        A cloud (.ply, .pcd, .obj, .stl, .npz, .npy), a skill .npz, a contacts.json, a trial.npz, or
+        the folder of a trial.
     out : str or Path
         The page.
     skill : ContactSkill, optional
-        Of contacts: what they were found with, for the query density; a shipped one is found by its name.
+        Skill of the contacts, for the heat map; a shipped one is found by its name.
 
     Returns
     -------
     str
-        One line that says what was shown.
+        Kind and file of the input, and the page, in one line.
 
     Raises
     ------
     InputError
-        If the file is none of these, or the skill is not the one that the contacts were found with.
+        If the file is of another kind, or the contacts were not computed with the skill.
     """
     if is_trial(path):
         from drake_aerial.simulation.trial_result import TrialResult
@@ -98,13 +101,13 @@ def write_view(path: str | Path, out: str | Path, *, skill: ContactSkill | None 
 
 
 def is_trial(path: str | Path) -> bool:
-    """Return whether a path is a trial.npz or a trial's folder."""
+    """Return True for a trial.npz or the folder of a trial."""
     path = Path(path)
     return os.path.isdir(path) or _schema(path) == "drake_aerial/trial"
 
 
 def view_of(path: str | Path, *, skill: ContactSkill | None = None) -> View:
-    """Return what is to be shown of a cloud, a skill or contacts; parameters and errors as of `write_view`."""
+    """Return the view of a cloud, a skill or contacts; see `write_view`."""
     path = Path(path)
     if not os.path.isfile(path):
         raise InputError(
@@ -115,7 +118,7 @@ def view_of(path: str | Path, *, skill: ContactSkill | None = None) -> View:
 
         solutions = ContactSolutions.read(path)
         cloud = cloud_of(solutions, path.parent)
-        return contacts_view(found_again(solutions, cloud, skill), cloud)
+        return contacts_view(with_query(solutions, cloud, skill), cloud)
     if _schema(path) == "drake_aerial/skill":
         from drake_aerial.skill.contact_skill import ContactSkill
 
@@ -126,7 +129,7 @@ def view_of(path: str | Path, *, skill: ContactSkill | None = None) -> View:
 
 
 def cloud_view(cloud: PointCloud) -> View:
-    """Return a cloud's surface features: curvature as colour, rims, some frames."""
+    """Return the view of a cloud's surface features."""
     from drake_aerial.features.canonical_frame import to_canonical
     from drake_aerial.features.surface_features import compute_features
 
@@ -137,52 +140,52 @@ def cloud_view(cloud: PointCloud) -> View:
         f"{len(cloud):,} points, {cloud.dropped_points:,} dropped\n{extent} m\n"
         f"{len(features):,} features, rho {features.rho:g} m\n{int(features.rim.sum()):,} on a rim"
     )
-    return View(features_picture(features), f"cloud {_name(cloud.path)}", FEATURE_LEGEND, text)
+    return View(features_mesh(features), f"cloud {_name(cloud.path)}", FEATURE_LEGEND, text)
 
 
 def skill_view(skill: ContactSkill) -> View:
-    """Return what a skill was learnt from."""
-    return View(skill_picture(skill), f"skill {skill.label}", SKILL_LEGEND, skill.description)
+    """Return the view of a skill: its demonstration and the learnt features."""
+    return View(skill_mesh(skill), f"skill {skill.label}", SKILL_LEGEND, skill.description)
 
 
 def contacts_view(solutions: ContactSolutions, cloud: PointCloud) -> View:
-    """Return solutions on their scan; with the query density as heat where it is at hand."""
+    """Return the view of solutions on their scan, with the query density as a heat map if known."""
     legend = CONTACTS_LEGEND
     if solutions.query is not None:
         points = solutions.query.scan.features_S.p
         log = solutions.query.log_surface()
         colors = heat(np.exp(log - log.max()))
         legend = [*legend, *HEAT_LEGEND]
-        note = "heat: how well the first gripper belongs there"
+        note = "heat map: density of the first gripper's contact"
     else:
         points, colors = _thinned(cloud.points), None
         note = (
-            "no heat: centroid asks no density"
+            "no heat map: `centroid` does not compute a density"
             if solutions.method == "centroid"
-            else "no heat: the skill is not at hand"
+            else "no heat map: the skill is not known; give it with --skill"
         )
     lines = [f"method {solutions.method}, skill {solutions.skill}, seed {solutions.seed}", note, ""]
     for solution in solutions.solutions:
         state = "feasible" if solution.feasible else "; ".join(map(str, solution.reasons))
         lines.append(f"{solution.rank}  log J {solution.log_likelihood:8.2f}  {state}")
-    picture = contacts_picture(points, solutions.solutions, colors=colors)
-    return View(picture, f"contacts on {_name(cloud.path)}", legend, "\n".join(lines))
+    mesh = contacts_mesh(points, solutions.solutions, colors=colors)
+    return View(mesh, f"contacts on {_name(cloud.path)}", legend, "\n".join(lines))
 
 
 def write_contacts_page(out: str | Path, solutions: ContactSolutions, cloud: PointCloud) -> None:
-    """Write a page that shows solutions on their scan; with the query density as heat where it is still at hand."""
+    """Write a page of solutions on their scan, with the query density as a heat map if known."""
     contacts_view(solutions, cloud).write(out)
 
 
-def found_again(
+def with_query(
     solutions: ContactSolutions, cloud: PointCloud, skill: ContactSkill | None = None
 ) -> ContactSolutions:
-    """Return solutions with the densities of their transfer, recomputed; without if the skill is not at hand.
+    """Return solutions with the densities of their transfer, recomputed; as given if impossible.
 
     Raises
     ------
     InputError
-        If a skill is given under which the solutions are not as likely as they say.
+        If the solutions have other likelihoods under the given skill.
     """
     from drake_aerial.contacts.recomputation import recompute_query
     from drake_aerial.skill.demonstration import Demonstration
@@ -198,7 +201,8 @@ def found_again(
     query = recompute_query(solutions, used, cloud)
     if query is None and skill is not None:
         raise InputError(
-            f"skill {skill.label!r} is not what found these contacts: under it they are not as likely as they say"
+            f"these contacts were not computed with skill {skill.label!r} (their likelihoods differ); "
+            "give the skill that found them, or none"
         )
     return replace(solutions, query=query)
 
@@ -223,14 +227,14 @@ def cloud_of(solutions: ContactSolutions, folder: Path) -> PointCloud:
 
 
 def _schema(path: Path) -> str | None:
-    """Return the schema that an .npz of ours names, or None."""
+    """Return the schema in an .npz file of this package, or None."""
     if path.suffix != ".npz" or not os.path.isfile(path):
         return None
     try:
         arrays = load_archive(path, "an archive")
         if "schema" in arrays:
             return str(arrays["schema"])
-        # A trial keeps its schema inside its metrics document.
+        # The schema of a trial is in its metrics document.
         return str(mapping_from_json(str(arrays["metrics"]), "metrics")["schema"])
     except (InputError, KeyError):
         return None

@@ -18,7 +18,7 @@ from drake_aerial.references.trajectory import HoverTrajectory
 from drake_aerial.simulation.flight import Flight
 from drake_aerial.simulation.flight_options import FlightOptions
 from drake_aerial.simulation.suspended_payload import SuspendedPayload
-from drake_aerial.visualization.live import live_flight, live_view
+from drake_aerial.visualization.live_view import live_flight, live_view
 
 
 @pytest.fixture(scope="module")

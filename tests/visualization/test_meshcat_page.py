@@ -1,7 +1,9 @@
 import re
 
-from drake_aerial.visualization.pages import add_card, card, write_picture_page
-from drake_aerial.visualization.picture import RED, Picture
+from drake_aerial.visualization.colored_mesh import ColoredMesh
+from drake_aerial.visualization.colors import RED
+from drake_aerial.visualization.file_view import View
+from drake_aerial.visualization.meshcat_page import add_overlay, card
 
 
 def test_the_card_escapes_names():
@@ -11,16 +13,16 @@ def test_the_card_escapes_names():
     assert "x &lt; y" in text
 
 
-def test_the_card_goes_before_the_end_of_the_body():
-    page = add_card("<html><head></head><body><p>1</p></body></html>", "<b>card</b>", "title")
+def test_the_overlay_goes_before_the_end_of_the_body():
+    page = add_overlay("<html><head></head><body><p>1</p></body></html>", "<b>card</b>", "title")
     assert page.endswith("<b>card</b></body></html>")
     assert 'name="viewport"' in page
 
 
 def test_a_page_is_self_contained(tmp_path):
-    picture = Picture()
-    picture.add_points([[0, 0, 0], [0.1, 0, 0]], radius=0.01)
-    write_picture_page(tmp_path / "page.html", picture, title="two points", legend=[(RED, "cloud")])
+    mesh = ColoredMesh()
+    mesh.add_points([[0, 0, 0], [0.1, 0, 0]], radius=0.01)
+    View(mesh, "two points", [(RED, "cloud")], "").write(tmp_path / "page.html")
     page = (tmp_path / "page.html").read_text()
     assert "two points" in page
     assert 'src="http' not in page

@@ -10,8 +10,8 @@ from drake_aerial import read_scan, read_skill, transfer
 from drake_aerial.contacts.recomputation import recompute_query
 from drake_aerial.contacts.solutions import ContactSolutions
 from drake_aerial.errors import InputError
-from drake_aerial.visualization.pictures import heat
-from drake_aerial.visualization.views import view_of
+from drake_aerial.visualization.colors import heat
+from drake_aerial.visualization.file_view import view_of
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def test_the_heat_is_the_one_the_contacts_were_found_by(found):
     path, solutions = found
     log = solutions.query.log_surface()
     view = view_of(path)
-    colors = np.concatenate(view.picture._colors[:1]).reshape(-1, 6, 3)[:, 0]
+    colors = np.concatenate(view.mesh._colors[:1]).reshape(-1, 6, 3)[:, 0]
     np.testing.assert_allclose(colors, heat(np.exp(log - log.max())), atol=1e-6)
     assert any("likely" in label for _, label in view.legend)
 
@@ -62,6 +62,6 @@ def test_without_the_skill_it_says_so_and_shows_the_rest(found, tmp_path):
     mine = replace(solutions, skill="mine", solutions=(solutions[0], bad), query=None)
     mine.write(path.parent / "mine.json")
     view = view_of(path.parent / "mine.json")
-    assert "the skill is not at hand" in view.text
+    assert "the skill is not known" in view.text
     assert "upside down; off the surface" in view.text
     assert not any("likely" in label for _, label in view.legend)
