@@ -9,7 +9,8 @@ from drake_aerial.geometry import Pose
 from drake_aerial.references.trajectory import HoverTrajectory
 from drake_aerial.study.conditions import Condition
 from drake_aerial.study.plan import Arm
-from drake_aerial.study.trials import fly_trial, plan_trials
+from drake_aerial.study.trial_tasks import plan_trials
+from drake_aerial.study.trials import fly_trial
 
 BOX = Condition(
     "A",

@@ -77,14 +77,18 @@ def test_same_generator_same_interval_and_nothing_from_one_value():
 
 
 @pytest.mark.parametrize(("failures", "attempts"), [(0, 10), (3, 10), (10, 10), (1, 50), (25, 50)])
-def test_wilson_is_scipys(failures, attempts):
-    expected = stats.binomtest(failures, attempts).proportion_ci(method="wilson")
-    ours = wilson(failures, attempts)
-    assert ours.value == failures / attempts
-    np.testing.assert_allclose([ours.low, ours.high], expected, atol=1e-12)
+def test_wilsons_limits_are_the_rates_at_which_the_score_is_at_its_quantile(failures, attempts):
+    interval = wilson(failures, attempts)
+    assert interval.value == failures / attempts
+    for limit in (interval.low, interval.high):
+        deviation = abs(failures / attempts - limit)
+        assert deviation == pytest.approx(
+            1.959964 * np.sqrt(limit * (1 - limit) / attempts), abs=1e-7
+        )
+    assert 0.0 <= interval.low <= interval.value <= interval.high <= 1.0
 
 
 def test_wilson_refuses_more_failures_than_attempts():
     assert wilson(0, 0).value is None
-    with pytest.raises(InputError, match="11 failures of 10"):
+    with pytest.raises(InputError, match="`failures` must be in 0 to 10, got 11"):
         wilson(11, 10)

@@ -140,7 +140,7 @@ def test_an_empty_folder_is_one_line_and_exit_2(tmp_path, capsys):
     error = capsys.readouterr().err
     assert error.count("\n") == 1
     assert "has no records" in error
-    with pytest.raises(InputError, match="no folder"):
+    with pytest.raises(InputError, match="is not a folder"):
         write_report(tmp_path / "nowhere")
     (tmp_path / "records.jsonl").write_text("{broken\n")
     with pytest.raises(InputError, match="1 lines in it cannot be read"):

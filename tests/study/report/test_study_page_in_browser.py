@@ -21,8 +21,8 @@ def test_the_report_reads_on_any_screen(opened, report):
     assert "8 flights" in page.locator(".answer").first.inner_text()
     assert page.locator("h2").all_inner_texts()[:3] == [
         "What was tested",
-        "At a glance: how far the payload strays from its path",
-        "What the paper claims, and what was found",
+        "At a glance: distance of the payload from its path",
+        "The paper's claims",
     ]
     # Wide tables scroll in themselves; the page does not.
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")

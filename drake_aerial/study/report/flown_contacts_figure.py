@@ -1,4 +1,4 @@
-"""The paper's figure of contacts: the demonstration in the first column, then the best solutions of each method."""
+"""Figure of the flown contacts of a condition: the demonstration, then each method's solutions."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from drake_aerial.geometry import Array
-from drake_aerial.study.analysis.quantities import method_color
 from drake_aerial.study.analysis.saliency import SalientSurface
+from drake_aerial.study.report.method_styles import method_color
 from drake_aerial.visualization.colored_mesh import ColoredMesh
 from drake_aerial.visualization.colors import BLACK, BLUE, GREY
+from drake_aerial.visualization.contacts_figure import POINT_RADIUS
 from drake_aerial.visualization.matplotlib_figure import figure, save_png_and_pdf
 from drake_aerial.visualization.method_meshes import add_formation, skill_mesh
 from drake_aerial.visualization.rendering import render
@@ -23,27 +24,27 @@ if TYPE_CHECKING:
     from drake_aerial.skill.contact_skill import ContactSkill
 
 CELL = (330, 330)
+"""Width and height of a rendered cell [pixels]."""
 _WIDTH = 1.75
-# A dot's radius as a part of the scan's diagonal: the features then close up to a surface.
-_DOT = 0.0048
-# Points darker than this are drawn larger, for a thin rim is lost otherwise.
-_RICH = 0.45
-_COM = (0.85, 0.10, 0.75)
+"""Width of a cell in the figure [inches]."""
+_SALIENT = 0.45
+"""Points darker than this are drawn larger, so that a thin rim is visible."""
+_COM_COLOR = (0.85, 0.10, 0.75)
 
 
 @dataclass(frozen=True)
-class GalleryCell:
-    """One solution as flown: what was transferred, what is written over it."""
+class FlownSolution:
+    """A solution as transferred, and the caption above it."""
 
     solution: Solution
     caption: str
 
 
-def draw_gallery(
+def draw_flown_contacts(
     stem: Path,
     skill: ContactSkill | None,
     surface: SalientSurface,
-    rows: Mapping[str, Sequence[GalleryCell]],
+    rows: Mapping[str, Sequence[FlownSolution]],
     com_S: Sequence[float] | None,
     *,
     columns: int = 5,
@@ -53,17 +54,17 @@ def draw_gallery(
     Parameters
     ----------
     stem : Path
-        Of the files, without an ending.
+        Path of the files without their endings.
     skill : ContactSkill, optional
-        For the first column; left empty without.
+        Its demonstration is the first column.
     surface : SalientSurface
-        The scan; drawn the darker, the more salient.
-    rows : mapping of method to cells
+        The scan; salient points are dark.
+    rows : mapping of method to solutions
         In order.
     com_S : (3,), optional
-        The true centre of mass in the scan's frame [m], drawn as a vertical line through it.
+        True centre of mass in the scan's frame [m], drawn with a line upwards.
     columns : int
-        How many solutions a row has room for.
+        Largest number of solutions in a row.
     """
     first = 0 if skill is None else 1
     if all(len(cells) == 1 for cells in rows.values()):
@@ -82,14 +83,14 @@ def draw_gallery(
         ]
     if skill is not None:
         axes[0, 0].imshow(render(skill_mesh(skill), size=CELL, zoom=1.1))
-        axes[0, 0].set_title("shown once", fontsize=9)
+        axes[0, 0].set_title("demonstration", fontsize=9)
     for axis in axes.flat:
         axis.set_axis_off()
     bounds, colors = _bounds(surface.points, rows), _saliency_colors(surface.saliency)
     for row in grid:
         for k, (axis, (method, cell)) in enumerate(row):
-            picture = _picture(cell.solution, surface.points, colors, com_S)
-            axis.imshow(render(picture, size=CELL, bounds=bounds))
+            mesh = _mesh(cell.solution, surface.points, colors, com_S)
+            axis.imshow(render(mesh, size=CELL, bounds=bounds))
             axis.set_title(cell.caption, fontsize=9)
             if k == 0:
                 axis.text(
@@ -99,21 +100,21 @@ def draw_gallery(
     return save_png_and_pdf(drawing, stem, dpi=120)
 
 
-def _picture(
+def _mesh(
     solution: Solution, points: Array, colors: Array, com_S: Sequence[float] | None
 ) -> ColoredMesh:
-    picture = ColoredMesh()
+    mesh = ColoredMesh()
     diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
-    rich = colors[:, 0] < _RICH
-    picture.add_points(points[~rich], color=colors[~rich], radius=_DOT * diagonal)
-    picture.add_points(points[rich], color=colors[rich], radius=1.5 * _DOT * diagonal)
-    add_formation(picture, solution.X_SG, solution.X_SQ, BLUE)
+    salient = colors[:, 0] < _SALIENT
+    mesh.add_points(points[~salient], color=colors[~salient], radius=POINT_RADIUS * diagonal)
+    mesh.add_points(points[salient], color=colors[salient], radius=1.5 * POINT_RADIUS * diagonal)
+    add_formation(mesh, solution.X_SG, solution.X_SQ, BLUE)
     if com_S is not None:
         x, y, z = com_S
         top = max(float(points[:, 2].max()), z) + 0.15
-        picture.add_tube([[x, y, z], [x, y, top]], color=_COM, radius=0.006)
-        picture.add_sphere([x, y, z], color=_COM, radius=0.02)
-    return picture
+        mesh.add_tube([[x, y, z], [x, y, top]], color=_COM_COLOR, radius=0.006)
+        mesh.add_sphere([x, y, z], color=_COM_COLOR, radius=0.02)
+    return mesh
 
 
 def _saliency_colors(saliency: Array) -> Array:
@@ -121,7 +122,7 @@ def _saliency_colors(saliency: Array) -> Array:
     return (1.0 - dark) * (np.array(GREY) * 0.7 + 0.3) + dark * np.array(BLACK)
 
 
-def _bounds(points: Array, rows: Mapping[str, Sequence[GalleryCell]]) -> tuple[Array, Array]:
+def _bounds(points: Array, rows: Mapping[str, Sequence[FlownSolution]]) -> tuple[Array, Array]:
     parts = [points]
     for cells in rows.values():
         for cell in cells:

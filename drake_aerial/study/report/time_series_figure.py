@@ -1,4 +1,4 @@
-"""The paper's panels: errors, thrust and moments of each method over time, mean and standard deviation."""
+"""Figure of errors, thrust, moment and tilt over time: mean and deviation of each method."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from drake_aerial.study.analysis.quantities import DEGREES, METHOD_LINES, method_color
+from drake_aerial.study.analysis.quantities import DEGREES
 from drake_aerial.study.analysis.timeline import PANELS, Timeline
+from drake_aerial.study.report.method_styles import METHOD_LINES, method_color
 from drake_aerial.visualization.matplotlib_figure import figure, save_png_and_pdf
 
 _TITLES = {
@@ -20,21 +21,26 @@ _TITLES = {
     "moment": ("moment per quadrotor", "mN m", 1000.0),
     "tilt": ("tilt of the payload", "deg", DEGREES),
 }
-# Fewer flights than this at a time have no standard deviation worth a band.
-_BAND = 2
+_BAND_FLIGHTS = 2
+"""Smallest number of flights with a band."""
 
 
-def draw_panels(stem: Path, timelines: Mapping[str, Timeline]) -> Path | None:
-    """Write the six panels of one condition, belief and inertia; return its PNG, or None if there was nothing to draw.
+def draw_time_series(stem: Path, timelines: Mapping[str, Timeline]) -> Path | None:
+    """Write the six panels of one condition, belief and inertia.
 
-    Flights that failed are drawn as long as they flew.
+    Failed flights are part of the mean until they end.
 
     Parameters
     ----------
     stem : Path
-        Of the files, without an ending.
+        Path of the files without their endings.
     timelines : mapping of method to Timeline
         In the order of the legend.
+
+    Returns
+    -------
+    Path or None
+        The PNG; None if there are no series.
     """
     shown = {method: timeline for method, timeline in timelines.items() if len(timeline.time)}
     if not shown:
@@ -61,7 +67,7 @@ def draw_panels(stem: Path, timelines: Mapping[str, Timeline]) -> Path | None:
 
 
 def _draw(panel: Any, method: str, timeline: Timeline, name: str, factor: float) -> float:
-    """Draw one method in one panel and return the top of its band over the scored time."""
+    """Draw one method in one panel; return the top of its band, without extreme values."""
     values = factor * timeline.values[name]
     count = np.isfinite(values).sum(axis=0)
     there = count > 0
@@ -84,7 +90,7 @@ def _draw(panel: Any, method: str, timeline: Timeline, name: str, factor: float)
         label=label,
         zorder=3,
     )
-    banded = there & (count >= _BAND)
+    banded = there & (count >= _BAND_FLIGHTS)
     panel.fill_between(
         timeline.time,
         (mean - std).clip(min=0.0),
@@ -95,7 +101,7 @@ def _draw(panel: Any, method: str, timeline: Timeline, name: str, factor: float)
         lw=0,
         zorder=2,
     )
-    # Where a failed flight leaves the mean.
+    # A cross at the end of a failed flight.
     for flight in values[~timeline.completed]:
         last = np.flatnonzero(np.isfinite(flight))
         if len(last):
@@ -109,12 +115,12 @@ def _draw(panel: Any, method: str, timeline: Timeline, name: str, factor: float)
                 zorder=4,
             )
     scored = there & (timeline.time > 0.2)
-    # A flight out of control would hide all others.
+    # The quantile leaves out a flight out of control, which would hide all others.
     return float(np.quantile((mean + std)[scored], 0.97)) if scored.any() else 0.0
 
 
 def _limit(panel: Any, name: str, tops: list[float]) -> None:
-    """Show the scored time whole; a jerk of the lift may leave the panel."""
+    """Scale a panel to the scored time; peaks during the lift may be cut off."""
     if name == "thrust":
         return
     panel.set_ylim(0.0, 1.15 * max(tops) if max(tops) > 0 else None)
