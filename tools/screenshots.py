@@ -33,8 +33,8 @@ def make_pages(folder: Path) -> dict[str, Path]:
     """Write one page of each kind; return them by the name of their picture."""
     from drake_aerial import prepare_flight, read_scan, read_skill, transfer
     from drake_aerial.demo import run_demo
-    from drake_aerial.visualization.replay import write_replay
     from drake_aerial.visualization.file_view import cloud_view, skill_view, write_contacts_page
+    from drake_aerial.visualization.replay import write_replay
 
     pages = {name: folder / f"{name}.html" for name in ("cloud", "skill", "contacts", "trial")}
     np.save(folder / "bunny.npy", read_scan("bunny").points)
@@ -57,8 +57,8 @@ def demonstrate(folder: Path) -> AbstractContextManager:
     import trimesh
 
     from drake_aerial import PointCloud
-    from drake_aerial.annotation.draft import DemonstrationDraft
-    from drake_aerial.annotation.server import DemonstrationServer
+    from drake_aerial.annotation.demonstration_draft import DemonstrationDraft
+    from drake_aerial.annotation.demonstration_server import DemonstrationServer
 
     table = trimesh.creation.box((0.6, 0.4, 0.3))
     points = trimesh.sample.sample_surface(table, 20000, seed=0)[0]

@@ -1,1 +1,1 @@
-"""Drawings of the method's values and flights: images, plots, HTML pages. No results are computed."""
+"""Images, plots and HTML pages of the method's values and of flights. It computes no results."""

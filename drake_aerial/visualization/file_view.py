@@ -201,7 +201,7 @@ def with_query(
     query = recompute_query(solutions, used, cloud)
     if query is None and skill is not None:
         raise InputError(
-            f"these contacts were not computed with skill {skill.label!r} (their likelihoods differ); "
+            f"these contacts were not computed with skill {skill.label!r} (likelihoods differ); "
             "give the skill that found them, or none"
         )
     return replace(solutions, query=query)

@@ -1,4 +1,4 @@
-"""What `view` shows of contacts: the heat they were found by, and the reasons against them."""
+"""The view of contacts: the heat map of their transfer, and the reasons of infeasibility."""
 
 from dataclasses import replace
 
@@ -30,7 +30,7 @@ def found(tmp_path_factory):
     return folder / "contacts.json", solutions
 
 
-def test_the_heat_is_the_one_the_contacts_were_found_by(found):
+def test_the_heat_map_is_the_density_of_the_transfer(found):
     path, solutions = found
     log = solutions.query.log_surface()
     view = view_of(path)
@@ -54,7 +54,7 @@ def test_another_skill_is_refused_and_another_viewpoint_is_noticed(found):
     )
 
 
-def test_without_the_skill_it_says_so_and_shows_the_rest(found, tmp_path):
+def test_without_the_skill_there_is_no_heat_map(found, tmp_path):
     path, solutions = found
     bad = replace(
         solutions.solutions[1], feasible=False, reasons=("upside down", "off the surface")

@@ -1,4 +1,4 @@
-"""A file and a flight in a live Meshcat: served, paced, ended cleanly, and without a trace in the results."""
+"""A live Meshcat is served at real time, ends cleanly, and does not change the results."""
 
 import re
 import signal

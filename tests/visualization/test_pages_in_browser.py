@@ -1,4 +1,4 @@
-"""Each kind of page in a real browser, on a desk and on a phone: nothing complains, nothing is fetched, something is seen."""
+"""Each kind of page in a real browser, on a wide and on a narrow screen."""
 
 import io
 from functools import partial

@@ -1,4 +1,4 @@
-"""Plots beside a replay: nothing that happened is left out, and the cursor reads off the right numbers."""
+"""Plots beside a replay keep every peak, and their cursor shows the right numbers."""
 
 import json
 import re
@@ -49,10 +49,10 @@ def test_marks_are_drawn_inside_only():
     assert re.findall(r'class="mark" x1="([^"]+)"', page) == ["500.0"]
 
 
-def test_what_is_not_finite_or_all_zero_is_drawn_as_zero():
+def test_nan_and_all_zero_values_are_drawn_as_zero():
     page = svg_time_plots(np.arange(3.0), [TimePlot("a", np.array([0.0, np.nan, 0.0]))])
     assert lines_of(page)[0][:, 1].tolist() == [100.0, 100.0, 100.0]
 
 
-def test_one_sample_is_no_plot():
+def test_one_sample_gives_no_plot():
     assert svg_time_plots(np.zeros(1), [TimePlot("a", np.zeros(1))]) == ""

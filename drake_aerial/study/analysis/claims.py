@@ -13,7 +13,7 @@ PAPER_CONDITIONS = ("A", "B", "C", "D")
 OURS = ("task", "paper")
 BASELINE = "kopicki"
 FEWEST_SOLUTIONS = 4
-"""Smallest number of solutions of each method for a verdict: intervals of three cover too little."""
+"""Smallest number of solutions of each method for a verdict: intervals of three undercover."""
 
 
 class Outcome(StrEnum):

@@ -203,7 +203,7 @@ def _why(
         correlation = (
             ""
             if rank is None
-            else f"; rank correlation of the error with that distance over all solutions: {rank:.2f}"
+            else f"; rank correlation of error and distance over all solutions: {rank:.2f}"
         )
         reasons.append(
             f"{condition}, {belief}, {finding.subject} ({finding.outcome}): horizontal distance of "

@@ -53,7 +53,7 @@ class SalientSurface:
         return np.mean(np.where(ties, 0.5, self.surroundings < value), axis=1)
 
     def _mean(self, positions: Array) -> Array:
-        """Return the mean saliency around positions; that of the nearest feature if none is near."""
+        """Return the mean saliency around positions, or that of the nearest feature."""
         near = self._tree.query_ball_point(positions, SURROUNDINGS)
         nearest = self._tree.query(positions)[1]
         return np.array(

@@ -94,9 +94,17 @@ def draw_flown_contacts(
             axis.set_title(cell.caption, fontsize=9)
             if k == 0:
                 axis.text(
-                    -0.02, 0.45, method, transform=axis.transAxes, fontsize=12, weight="bold", rotation=90, ha="right", va="center",
+                    -0.02,
+                    0.45,
+                    method,
+                    transform=axis.transAxes,
                     color=method_color(method),
-                )  # fmt: skip
+                    fontsize=12,
+                    weight="bold",
+                    rotation=90,
+                    ha="right",
+                    va="center",
+                )
     return save_png_and_pdf(drawing, stem, dpi=120)
 
 

@@ -74,7 +74,7 @@ def test_no_difference_is_undecided():
     assert {f.outcome for f in claim.findings} == {Outcome.UNDECIDED}
 
 
-def test_a_better_mean_of_the_survivors_is_no_win():
+def test_a_better_mean_of_few_completed_flights_does_not_hold():
     # The first is more precise where it completes, and fails in most flights.
     records = method_study(np.random.default_rng(0), conditions=("A",))
     for r in records:
@@ -115,7 +115,7 @@ def test_feature_rich_is_above_chance():
     assert claim.verdicts == {"kopicki": "holds in A only"}
 
 
-def test_stuck_is_where_a_better_place_by_its_own_measure_is_known():
+def test_a_search_is_stuck_if_a_better_solution_is_known():
     stuck = OwnLikelihood("C", (1.0, 0.5, 0.2, 0.1), 2.0, "task")
     found = OwnLikelihood("D", (3.0, 2.5, 2.2, 0.1), 2.0, "task")
     claim = local_minima_claim([stuck, found])
@@ -143,7 +143,7 @@ def test_a_top_view_may_cost_a_centimetre(more, outcome):
     assert [(f.condition, f.outcome) for f in claim.findings] == [("A v A_full", outcome)]
 
 
-def test_without_a_full_view_the_middle_of_a_box_is_the_measure():
+def test_without_a_full_view_the_reference_is_centroid():
     records = [record("A", "task", k, t, 0.02 + 0.001 * k) for k in range(1, 6) for t in range(3)]
     records += [record("A", "centroid", 1, t, 0.02) for t in range(3)]
     claim = top_view_claim(

@@ -38,7 +38,7 @@ def test_the_interval_knows_that_flights_of_one_solution_are_alike():
     level = rng.normal(size=20)
     clusters = [rng.normal(mean, 0.01, 10) for mean in level]
     interval = cluster_bootstrap(clusters, np.random.default_rng(5), resamples=3000)
-    # The exact variance of a mean over two stages: between solutions, plus (here negligible) within.
+    # The exact variance of the mean: between solutions, plus within (negligible here).
     expected = stats.t.ppf(0.975, 19) * np.std([c.mean() for c in clusters], ddof=1) / np.sqrt(20)
     assert 0.5 * (interval.high - interval.low) == pytest.approx(expected, rel=0.08)
     alike = cluster_bootstrap([[v] for c in clusters for v in c], np.random.default_rng(5))

@@ -10,7 +10,7 @@ from tests.study.small_study import method_study, record
 KEY = "position_rmse_m"
 
 
-def test_an_arms_figures_are_numpys_and_scipys():
+def test_the_statistics_of_a_group_agree_with_numpy_and_scipy():
     records = method_study(np.random.default_rng(0), conditions=("A",))
     groups = groups_of(records)
     kopicki = Group("A", "kopicki", "below_contact", "table")
@@ -54,7 +54,7 @@ def test_the_interval_of_independent_solutions_is_scipys_bootstrap():
     np.testing.assert_allclose([low, high], theirs.confidence_interval, rtol=0.03)
 
 
-def test_more_than_half_failed_has_no_median_and_is_said_to_be_a_failure():
+def test_the_median_is_null_if_more_than_half_failed():
     records = [
         record("A", "task", 1, k, 0.02, outcome="completed" if k < 2 else "dropped")
         for k in range(5)
@@ -64,7 +64,7 @@ def test_more_than_half_failed_has_no_median_and_is_said_to_be_a_failure():
     assert figure["median_all"] is None
 
 
-def test_what_was_not_flown_enters_no_mean_and_no_rate():
+def test_infeasible_solutions_are_not_part_of_means_and_rates():
     records = [record("A", "task", k, 0, 0.02) for k in (1, 2)] + [
         record("A", "task", 3, 0, 9.0, outcome="not_flown")
     ]

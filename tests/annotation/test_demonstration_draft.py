@@ -1,10 +1,10 @@
-"""Contacts from numbers: onto the surface, into a file, and back."""
+"""Contacts by position: moved onto the surface, written, and read back."""
 
 import numpy as np
 import pytest
 import trimesh
 
-from drake_aerial.annotation.draft import DemonstrationDraft
+from drake_aerial.annotation.demonstration_draft import DemonstrationDraft
 from drake_aerial.cli import main
 from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.errors import InputError
@@ -35,8 +35,8 @@ def test_a_contact_is_put_on_the_surface_with_its_normal(draft):
 @pytest.mark.parametrize(
     "place", [[0, 0, 0.2], [0, 0, 0], [5, 0, 0], [0.1, np.nan, 0], [0, 0], None, "here"]
 )
-def test_a_contact_that_touches_nothing_is_refused(draft, place):
-    with pytest.raises(InputError, match=r"touches nothing|three finite numbers"):
+def test_a_contact_off_the_surface_is_rejected(draft, place):
+    with pytest.raises(InputError, match=r"within 0.020 m of the surface|three finite numbers"):
         draft.touch(place)
 
 

@@ -1,11 +1,11 @@
-"""The page, worked as a user would in a real browser."""
+"""The page of a demonstration in a real browser."""
 
 import numpy as np
 import pytest
 import trimesh
 
-from drake_aerial.annotation.draft import DemonstrationDraft
-from drake_aerial.annotation.server import DemonstrationServer
+from drake_aerial.annotation.demonstration_draft import DemonstrationDraft
+from drake_aerial.annotation.demonstration_server import DemonstrationServer
 from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.skill.demonstration import Demonstration
 

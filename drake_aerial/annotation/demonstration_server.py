@@ -1,4 +1,4 @@
-"""The page on which a demonstration is clicked, served to this machine alone until it is saved."""
+"""A local web server for the page on which the contacts of a demonstration are clicked."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from drake_aerial.annotation.draft import DemonstrationDraft
+from drake_aerial.annotation.demonstration_draft import DemonstrationDraft, check_file_name
 from drake_aerial.errors import InputError
 from drake_aerial.io.strict_yaml import mapping_from_json
 from drake_aerial.skill.demonstration import CABLE_LENGTH
@@ -24,14 +24,14 @@ _LARGEST_REQUEST = 1_000_000
 
 
 class DemonstrationServer:
-    """Serves one draft's page on 127.0.0.1 until the user has saved; a context manager.
+    """Serves the page of a draft on 127.0.0.1; a context manager.
 
-    The address holds a secret, so that no other page or user of the machine can write the file.
+    The URL has a secret part, so that no other page or user of the machine can write the file.
 
     Attributes
     ----------
     url : str
-        Where the page is.
+        Address of the page.
     saved : threading.Event
         Set when the file has been written.
     """
@@ -45,12 +45,12 @@ class DemonstrationServer:
         cable_length: float = CABLE_LENGTH,
         port: int = 0,
     ):
-        """Prepare to write `out`; `port` 0 takes a free one.
+        """Open the port; 0 takes a free one. The page writes `out`.
 
         Raises
         ------
         InputError
-            If the port cannot be had.
+            If the port cannot be opened.
         """
         self.draft = draft
         self.out = Path(out)
@@ -69,7 +69,8 @@ class DemonstrationServer:
             self._server = ThreadingHTTPServer(("127.0.0.1", port), Handler)
         except (OSError, OverflowError) as error:
             raise InputError(
-                f"cannot listen on port {port}: {error}; give another port (--port), 0 for any free one"
+                f"cannot listen on port {port}: {error}; give another port (--port), "
+                "0 for any free one"
             ) from error
         self._server.daemon_threads = True
         self.url = f"http://127.0.0.1:{self._server.server_address[1]}/{secret}/"
@@ -85,7 +86,7 @@ class DemonstrationServer:
         self._server.server_close()
 
     def scene(self) -> dict[str, Any]:
-        """Return what the page shows at first, in JSON's types."""
+        """Return the page's initial values, as JSON types."""
         cloud = self.draft.cloud
         return {
             "name": self.name,
@@ -99,7 +100,7 @@ class DemonstrationServer:
         }
 
     def touch(self, request: dict[str, Any]) -> dict[str, Any]:
-        """Return what a gripper at request["position"] touches."""
+        """Return the contact of a gripper at request["position"]."""
         touch = self.draft.touch(request.get("position"))  # type: ignore[arg-type]
         return {
             "position": touch.position.tolist(),
@@ -109,7 +110,10 @@ class DemonstrationServer:
         }
 
     def save(self, request: dict[str, Any]) -> dict[str, Any]:
-        """Write the demonstration of request["grippers"], a list of position, cable_length and cable_direction."""
+        """Write the demonstration of request["grippers"].
+
+        Each gripper has `position`, `cable_length` and `cable_direction`.
+        """
         grippers = request.get("grippers")
         if not isinstance(grippers, list) or not grippers:
             raise InputError("a demonstration needs at least one contact: click one on the cloud")
@@ -123,7 +127,8 @@ class DemonstrationServer:
             )
         except (KeyError, TypeError, ValueError) as error:
             raise InputError(
-                f"each contact needs a position, a cable_length and a cable_direction, got {grippers!r:.200}"
+                "each contact needs a position, a cable_length and a cable_direction, got "
+                f"{grippers!r:.200}"
             ) from error
         with self._lock:
             written = self.draft.write(self.out, demonstration)
@@ -139,7 +144,8 @@ class _Handler(BaseHTTPRequestHandler):
         owner = self.server_owner
         if self.path == f"{self.prefix}/":
             self._send(
-                files(__package__).joinpath("page.html").read_bytes(), "text/html; charset=utf-8"
+                files(__package__).joinpath("demonstration_page.html").read_bytes(),
+                "text/html; charset=utf-8",
             )
         elif self.path == f"{self.prefix}/scene.json":
             self._send_json(owner.scene())
@@ -165,9 +171,7 @@ class _Handler(BaseHTTPRequestHandler):
                 raise ValueError
             request = mapping_from_json(self.rfile.read(length), "the request")
         except ValueError:
-            self._send_json(
-                {"error": "a request should be one JSON object"}, HTTPStatus.BAD_REQUEST
-            )
+            self._send_json({"error": "a request must be one JSON object"}, HTTPStatus.BAD_REQUEST)
             return
         try:
             self._send_json(action(request))
@@ -186,7 +190,7 @@ class _Handler(BaseHTTPRequestHandler):
         self.wfile.write(body)
 
     def log_message(self, format: str, *args: object) -> None:
-        """Say nothing: the command line speaks for us."""
+        """Do not log requests."""
 
 
 def demonstrate(
@@ -199,7 +203,7 @@ def demonstrate(
     open_browser: bool = True,
     tell: Callable[[str], None] | None = None,
 ) -> Path:
-    """Let the user click contacts in the browser, and return the DEMONSTRATION.yaml that was saved.
+    """Let the user click contacts in the browser; return the saved DEMONSTRATION.yaml.
 
     Parameters
     ----------
@@ -207,29 +211,28 @@ def demonstrate(
     out : str or Path
         The file to write, .yaml.
     name : str, optional
-        Of the demonstration; the file's stem by default.
+        Name of the demonstration; the file's stem by default.
     cable_length : float
-        Of the first cable [m]; the user may change it.
+        Initial length of the first cable [m]; the page can change it.
     port : int
         0 takes a free one.
     open_browser : bool
-        Whether to open the page, or only tell where it is.
+        Open the page in the browser.
     tell : callable, optional
-        Called with the page's address.
+        Called with the page's URL.
 
     Raises
     ------
     InputError
-        If the file's name does not end in .yaml or .yml, or the port cannot be had.
+        If the file's name does not end in .yaml or .yml, or the port cannot be opened.
     """
-    if Path(out).suffix not in (".yaml", ".yml"):
-        raise InputError(f"a demonstration is written as .yaml, got {str(out)!r}")
+    check_file_name(Path(out))
     with DemonstrationServer(draft, out, name=name, cable_length=cable_length, port=port) as server:
         if tell is not None:
             tell(server.url)
         if open_browser:
             webbrowser.open(server.url)
-        # A wait without a timeout would not let Ctrl-C through on every system.
+        # On some systems a wait without a timeout blocks Ctrl-C.
         while not server.saved.wait(0.2):
             pass
     return server.out

@@ -1,4 +1,4 @@
-"""The page's server: what it answers, and to whom."""
+"""The server of the demonstration page: its answers, and who gets them."""
 
 import json
 import urllib.error
@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from drake_aerial.annotation.draft import DemonstrationDraft
-from drake_aerial.annotation.server import DemonstrationServer
+from drake_aerial.annotation.demonstration_draft import DemonstrationDraft
+from drake_aerial.annotation.demonstration_server import DemonstrationServer
 from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.skill.demonstration import Demonstration
 
@@ -59,13 +59,13 @@ def test_it_saves_a_demonstration(server):
         ("touch", b"[1"),
         ("save", b'{"grippers": []}'),
         ("save", b'{"grippers": [{"position": [0, 0, 0.15]}]}'),
-        (
-            "save",
-            b'{"grippers": [{"position": [0, 0, 0.15], "cable_length": "x", "cable_direction": [0, 0, 1]}]}',
-        ),
-        (
-            "save",
-            b'{"grippers": [{"position": [0, 0, 0.15], "cable_length": 0, "cable_direction": [0, 0, 1]}]}',
+        *(
+            (
+                "save",
+                b'{"grippers": [{"position": [0, 0, 0.15], "cable_direction": [0, 0, 1],'
+                b' "cable_length": %s}]}' % length,
+            )
+            for length in (b'"x"', b"0")
         ),
     ],
 )

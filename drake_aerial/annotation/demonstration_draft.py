@@ -1,4 +1,4 @@
-"""A demonstration in the making: a cloud, what a gripper would touch on it, and the file to write."""
+"""A demonstration before it is saved: a cloud, contacts on its surface, and the file."""
 
 from __future__ import annotations
 
@@ -21,26 +21,28 @@ from drake_aerial.skill.demonstration import CABLE_LENGTH, Demonstration
 from drake_aerial.skill.learn import TOUCH
 from drake_aerial.skill.parameters import LearningParameters
 
-# |r1| of a surface that bends less than 1 cm over a neighbourhood's 3 cm is below the first; a right-angled edge's is 1.1.
-_FLAT, _EDGE = 0.15, 0.6
+_FLAT = 0.15
+"""Upper limit of |r1| of a flat surface: it bends less than 1 cm over a neighbourhood of 3 cm."""
+_EDGE = 0.6
+"""Lower limit of |r1| of an edge; a right-angled edge has 1.1."""
 
 
 @dataclass(frozen=True, eq=False)
 class Touch:
-    """What a gripper touches at one place.
+    """A contact on the surface of a cloud.
 
     Attributes
     ----------
     position : (3,) array
         On the surface, in the cloud's frame S [m].
     normal : (3,) array
-        Outward unit normal there, in S.
+        Outward unit normal at the position, in S.
     distance : float
-        From the place asked for to the surface [m].
+        Distance of the requested position from the surface [m].
     features : int
-        Surface features within the contact radius.
+        Number of surface features within the contact radius.
     surface : str
-        What they look like, in words.
+        Shape of the surface within the contact radius, in words.
     """
 
     position: Array
@@ -51,16 +53,16 @@ class Touch:
 
 
 class DemonstrationDraft:
-    """A cloud on which contacts are being chosen.
+    """A cloud on which contacts are chosen.
 
     Attributes
     ----------
     cloud : PointCloud
         In its frame S [m].
     source : Path or None
-        The file that the cloud was read from; None for one that has to be written too.
+        File of the cloud; None for a cloud that is written together with the demonstration.
     contact_radius : float
-        Of the surface that a contact is learnt from [m].
+        Radius of the surface that a contact is learnt from [m].
     """
 
     def __init__(
@@ -78,7 +80,7 @@ class DemonstrationDraft:
         self._tree = cKDTree(self._features.p)
 
     def touch(self, p_S: ArrayLike) -> Touch:
-        """Return what a gripper at p_S (3,) [m] touches: the place is moved along the normal onto the surface.
+        """Return the contact of a gripper at p_S (3,) [m], moved along the normal onto the surface.
 
         Raises
         ------
@@ -91,21 +93,19 @@ class DemonstrationDraft:
             p = np.full(1, np.nan)
         if p.shape != (3,) or not np.isfinite(p).all():
             raise InputError(
-                f"a contact should be three finite numbers X Y Z in metres, got {p_S!r:.80}"
+                f"a contact must be three finite numbers X Y Z in metres, got {p_S!r:.80}"
             )
         features = self._features
         distance, nearest = self._tree.query(p)
-        if distance > max(TOUCH, features.rho):
-            raise InputError(
-                f"a gripper at {_numbers(p)} touches nothing: the nearest surface is {distance:.3f} m away, "
-                f"at most {TOUCH:.3f} m is accepted"
-            )
         normal = features.normal[nearest]
         height = float((p - features.p[nearest]) @ normal)
-        if abs(height) > TOUCH:
+        # The nearest feature may be beside a position on the surface, by at most rho.
+        away = distance if distance > max(TOUCH, features.rho) else abs(height)
+        if away > TOUCH:
             raise InputError(
-                f"a gripper at {_numbers(p)} touches nothing: it is {abs(height):.3f} m off the surface, at most "
-                f"{TOUCH:.3f} m is accepted"
+                f"a contact must be within {TOUCH:.3f} m of the surface, "
+                f"got {' '.join(f'{v:.4g}' for v in p)}, which is {away:.3f} m from it; "
+                "give a position on the cloud"
             )
         position = p - height * normal
         around = self._tree.query_ball_point(position, self.contact_radius)
@@ -114,14 +114,11 @@ class DemonstrationDraft:
     def _words(self, around: Array) -> str:
         features = self._features.take(around)
         strongest = float(np.quantile(np.abs(features.r[:, 0]), 0.9)) if len(features) else 0.0
-        bent = (
-            "flat"
-            if strongest < _FLAT
-            else "gently curved"
-            if strongest < _EDGE
-            else "an edge or a tight curve within"
-        )
-        return f"{bent}, at the rim of the visible part" if features.rim.any() else bent
+        if strongest < _FLAT:
+            shape = "flat"
+        else:
+            shape = "gently curved" if strongest < _EDGE else "an edge or a tight curve"
+        return f"{shape}, at the rim of the visible part" if features.rim.any() else shape
 
     def points_and_normals(self, most: int = 80_000) -> Array:
         """Return at most `most` points with their outward normals, (N, 6), in S."""
@@ -140,9 +137,15 @@ class DemonstrationDraft:
         name: str = "demonstration",
         description: str = "",
     ) -> Demonstration:
-        """Return the demonstration of grippers at `positions` (n, 3) [m], each moved onto the surface, its axis the normal there.
+        """Return the demonstration of grippers at `positions` (n, 3) [m].
 
-        The other parameters and errors are those of `Demonstration.make`; also raises InputError if a gripper touches nothing.
+        Each gripper is moved onto the surface; its axis is the normal there. The other parameters
+        and errors are those of `Demonstration.make`.
+
+        Raises
+        ------
+        InputError
+            If a position is not on the surface; see `touch`.
         """
         touches = [self.touch(p) for p in np.atleast_2d(np.asarray(positions, float))]
         return Demonstration.make(
@@ -156,7 +159,7 @@ class DemonstrationDraft:
         )
 
     def write(self, path: str | Path, demonstration: Demonstration) -> Path:
-        """Write DEMONSTRATION.yaml, and the cloud beside it where it is in no file yet; return the YAML's path.
+        """Write DEMONSTRATION.yaml, and the cloud if it has no file; return the YAML's path.
 
         Raises
         ------
@@ -164,8 +167,7 @@ class DemonstrationDraft:
             If the path does not end in .yaml or .yml, or cannot be written.
         """
         path = Path(path)
-        if path.suffix not in (".yaml", ".yml"):
-            raise InputError(f"a demonstration is written as .yaml, got {str(path)!r}")
+        check_file_name(path)
         source = self.source
         if source is None:
             source = path.with_name(f"{path.stem}_cloud.npz")
@@ -173,9 +175,9 @@ class DemonstrationDraft:
                 np.savez_compressed(temporary, points=self.cloud.points)
         cloud: dict[str, Any] = {"file": os.path.relpath(source.resolve(), path.parent.resolve())}
         if not np.array_equal(self.cloud.up, [0.0, 0.0, 1.0]):
-            cloud["up"] = _plain(self.cloud.up)
+            cloud["up"] = _rounded(self.cloud.up)
         if self.cloud.viewpoint is not None:
-            cloud["viewpoint"] = _plain(self.cloud.viewpoint)
+            cloud["viewpoint"] = _rounded(self.cloud.viewpoint)
         lift = demonstration.quadrotors.p - demonstration.grippers.p
         axes = np.atleast_2d(axis_of(demonstration.grippers.q, 2))
         document = {
@@ -184,10 +186,10 @@ class DemonstrationDraft:
             "cloud": cloud,
             "grippers": [
                 {
-                    "position": _plain(p),
-                    "axis": _plain(axis),
+                    "position": _rounded(p),
+                    "axis": _rounded(axis),
                     "cable_length": float(np.round(length, 6)),
-                    "cable_direction": _plain(direction / np.linalg.norm(direction)),
+                    "cable_direction": _rounded(direction / np.linalg.norm(direction)),
                 }
                 for p, axis, length, direction in zip(
                     demonstration.grippers.p, axes, demonstration.cable_length, lift, strict=True
@@ -200,9 +202,11 @@ class DemonstrationDraft:
         return path
 
 
-def _plain(values: Array) -> list[float]:
+def check_file_name(path: Path) -> None:
+    """Raise InputError if a path does not end in .yaml or .yml."""
+    if path.suffix not in (".yaml", ".yml"):
+        raise InputError(f"a demonstration file must end in .yaml or .yml, got {str(path)!r}")
+
+
+def _rounded(values: Array) -> list[float]:
     return [float(v) for v in np.round(values, 6) + 0.0]
-
-
-def _numbers(values: Array) -> str:
-    return " ".join(f"{v:.4g}" for v in values)
