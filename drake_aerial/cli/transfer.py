@@ -89,7 +89,7 @@ def run(arguments: argparse.Namespace) -> int:
             solutions = refine(skill, solutions, parameters=parameters, progress=progress)
     solutions.write(arguments.out)
     if arguments.html:
-        from drake_aerial.visualization.views import write_contacts_page
+        from drake_aerial.visualization.file_view import write_contacts_page
 
         write_contacts_page(arguments.html, solutions, cloud)
     print_result(arguments.json, solutions.to_dict(), f"{_table(solutions)}\n-> {arguments.out}")

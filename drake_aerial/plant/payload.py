@@ -223,6 +223,13 @@ class Payload:
             X_SP=X_SL,
         )
 
+    def to_trimesh(self) -> Any:
+        """Return the surface in the scan's frame S as a trimesh.Trimesh [m]."""
+        import trimesh
+
+        vertices = geometry.transform(self.X_SP, self.vertices)
+        return trimesh.Trimesh(vertices, self.faces, process=False)
+
     def closest_point(self, p_P: ArrayLike) -> tuple[Array, Array, Array]:
         """Return the surface points that are closest to given points.
 

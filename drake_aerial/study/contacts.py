@@ -59,11 +59,6 @@ class ContactTask:
         """Name of the file contacts/NAME.json."""
         return f"{self.condition.name}-{self.method}"
 
-    @property
-    def group(self) -> str:
-        """Tasks of one group share the scan and the skill that a worker caches."""
-        return self.condition.name
-
 
 @dataclass(frozen=True, eq=False)
 class FoundContacts:
