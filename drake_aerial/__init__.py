@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from drake_aerial.plant.payload_body import add_payload
     from drake_aerial.plant.quadrotor import add_quadrotor
     from drake_aerial.plant.wind import WindParameters
+    from drake_aerial.scene.depth_camera import DepthCamera
+    from drake_aerial.scene.depth_image import read_depth_image
     from drake_aerial.simulation.diagram_picture import write_diagram_picture
     from drake_aerial.simulation.flight import Flight
     from drake_aerial.simulation.flight_options import FlightOptions
@@ -56,6 +58,7 @@ _HOMES = {
     "ContactProgram": "contacts.refinement.program",
     "ContactSkill": "skill.contact_skill",
     "ContactSolutions": "contacts.solutions",
+    "DepthCamera": "scene.depth_camera",
     "Demonstration": "skill.demonstration",
     "DisturbanceObserver": "estimation.disturbance_observer",
     "DrakeAerialError": "errors",
@@ -89,6 +92,7 @@ _HOMES = {
     "parameters_text": "configuration",
     "partial_view": "cloud.partial_views",
     "prepare_flight": "simulation.trial",
+    "read_depth_image": "scene.depth_image",
     "read_parameters": "configuration",
     "read_scan": "named_inputs",
     "read_skill": "named_inputs",
@@ -106,6 +110,7 @@ __all__ = [
     "ContactSkill",
     "ContactSolutions",
     "Demonstration",
+    "DepthCamera",
     "DisturbanceObserver",
     "DrakeAerialError",
     "Dryden",
@@ -138,6 +143,7 @@ __all__ = [
     "parameters_text",
     "partial_view",
     "prepare_flight",
+    "read_depth_image",
     "read_parameters",
     "read_scan",
     "read_skill",

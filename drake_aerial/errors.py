@@ -1,7 +1,6 @@
-"""The package's exceptions: one small tree, so that a caller can catch by kind.
+"""The package's exceptions. Each has a message of one line.
 
-The command line maps `InputError` to exit code 2 and `JobError` to exit code 1; both carry one
-clear line.
+The command line maps `InputError` to exit code 2 and `JobError` to exit code 1.
 """
 
 

@@ -1,15 +1,18 @@
 """Batched rigid transforms: compose, invert, apply, axes, cross products.
 
-Conventions (the whole package's): quaternions are unit, ordered w, x, y, z; a pose `X_AB` is the pair of the
-position `p_AB` of B's origin expressed in A and the rotation `q_AB`; leading axes are batch axes and broadcast.
+Conventions of the whole package: quaternions have unit norm and the order w, x, y, z. A pose
+`X_AB` has the position `p_AB` of B's origin in A and the rotation `q_AB`. Leading axes are batch
+axes; they broadcast.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from drake_aerial.errors import InputError
 
 Array = NDArray[np.float64]
 """An array of doubles; docstrings give its shape and unit."""
@@ -52,6 +55,25 @@ class Pose(NamedTuple):
         return Pose(self.p[index], self.q[index])  # type: ignore[index]
 
 
+def as_pose(pose: Any) -> Pose:
+    """Return a `Pose` as it is, and a pydrake `RigidTransform` or a (4, 4) matrix as a `Pose`."""
+    if isinstance(pose, Pose):
+        return pose
+    if hasattr(pose, "GetAsMatrix4"):
+        pose = pose.GetAsMatrix4()
+    if isinstance(pose, tuple) and len(pose) == 2:
+        return Pose(np.asarray(pose[0], float), np.asarray(pose[1], float))
+    matrix = np.asarray(pose, float)
+    if matrix.shape[-2:] != (4, 4):
+        raise InputError(
+            f"a pose must be a Pose, a RigidTransform or a (4, 4) matrix, got shape {matrix.shape}"
+        )
+    R = matrix[..., :3, :3]
+    if not np.allclose(R @ np.swapaxes(R, -1, -2), IDENTITY, atol=1e-6):
+        raise InputError("the rotation of a pose must be orthonormal; scale the points instead")
+    return Pose(matrix[..., :3, 3], quat_from_matrix(R))
+
+
 def identity(*shape: int) -> Pose:
     """Return identity poses of batch shape `shape`."""
     q = np.zeros((*shape, 4))
@@ -64,7 +86,7 @@ def quat_multiply(a: ArrayLike, b: ArrayLike) -> Array:
     a, b = np.asarray(a, float), np.asarray(b, float)
     aw, ax, ay, az = a[..., 0], a[..., 1], a[..., 2], a[..., 3]
     bw, bx, by, bz = b[..., 0], b[..., 1], b[..., 2], b[..., 3]
-    # Written column by column: on small batches a stack takes longer than the products.
+    # Column by column: on small batches, np.stack takes longer than the products.
     w = aw * bw - ax * bx - ay * by - az * bz
     out = np.empty((*w.shape, 4))
     out[..., 0] = w
@@ -100,7 +122,7 @@ def rotate(q: ArrayLike, v: ArrayLike) -> Array:
 
 
 def cross(a: ArrayLike, b: ArrayLike) -> Array:
-    """Return the cross product of (..., 3) arrays; much faster than `numpy.cross` on small batches."""
+    """Return the cross product of (..., 3) arrays; on small batches faster than `numpy.cross`."""
     a, b = np.asarray(a, float), np.asarray(b, float)
     a0, a1, a2 = a[..., 0], a[..., 1], a[..., 2]
     b0, b1, b2 = b[..., 0], b[..., 1], b[..., 2]
@@ -138,7 +160,7 @@ def quat_exp(rotvec: ArrayLike) -> Array:
 
 
 def quat_log(q: ArrayLike) -> Array:
-    """Return the rotation vectors (..., 3) [rad], of length at most pi, of unit quaternions (..., 4)."""
+    """Return rotation vectors (..., 3) [rad] of length up to pi, for unit quaternions (..., 4)."""
     q = np.asarray(q, float)
     q = np.where(q[..., :1] < 0.0, -q, q)
     sine = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
@@ -148,7 +170,7 @@ def quat_log(q: ArrayLike) -> Array:
 
 
 def quat_about_axis(axis: ArrayLike, angle: ArrayLike) -> Array:
-    """Return the unit quaternions of rotations by `angle` (...) [rad] about unit `axis` (..., 3)."""
+    """Return unit quaternions of rotations by `angle` (...) [rad] about unit `axis` (..., 3)."""
     return quat_exp(np.asarray(axis, float) * np.asarray(angle, float)[..., None])
 
 
@@ -157,7 +179,7 @@ def quat_from_matrix(R: ArrayLike) -> Array:
     R = np.asarray(R, float)
     d = np.einsum("...ii->...i", R)
     trace = d.sum(-1)
-    # The four candidates of Shepperd's method; the best conditioned one is taken.
+    # Shepperd's method: the best conditioned of four candidates.
     squares = np.stack(
         [
             1.0 + trace,
@@ -210,11 +232,11 @@ def matrix_from_quat(q: ArrayLike) -> Array:
 
 
 def axis_of(q: ArrayLike, i: int) -> Array:
-    """Return the i-th axis (0 x, 1 y, 2 z) of frames q (..., 4): column i of R(q), shape (..., 3)."""
+    """Return axis i (0 x, 1 y, 2 z) of frames q (..., 4): column i of R(q), shape (..., 3)."""
     q = np.asarray(q, float)
     w, u = q[..., 0], (q[..., 1], q[..., 2], q[..., 3])
     j, k = (i + 1) % 3, (i + 2) % 3
-    # `rotate`, without what a unit vector makes zero.
+    # `rotate` for a unit vector, without the terms that are zero.
     tj, tk = 2.0 * u[k], -2.0 * u[j]
     out = np.empty((*w.shape, 3))
     out[..., i] = 1.0 + (u[j] * tk - u[k] * tj)
@@ -224,7 +246,7 @@ def axis_of(q: ArrayLike, i: int) -> Array:
 
 
 def perpendicular(z: ArrayLike) -> Array:
-    """Return one unit vector (..., 3) perpendicular to each unit vector z (..., 3); a fixed, arbitrary choice."""
+    """Return a unit vector (..., 3) perpendicular to each unit vector z (..., 3)."""
     z = np.asarray(z, float)
     helper = np.where(
         np.abs(z[..., :1]) < 0.9, np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
@@ -234,7 +256,7 @@ def perpendicular(z: ArrayLike) -> Array:
 
 
 def quat_from_xz(x: ArrayLike, z: ArrayLike) -> Array:
-    """Return the frames (..., 4) with the given unit z axis and the x axis nearest to `x`; y = z cross x."""
+    """Return frames (..., 4) with the unit axis z and the axis x nearest to `x`; y = z cross x."""
     x, z = np.asarray(x, float), np.asarray(z, float)
     x = x - np.sum(x * z, axis=-1, keepdims=True) * z
     x = x / np.linalg.norm(x, axis=-1, keepdims=True)
@@ -242,7 +264,7 @@ def quat_from_xz(x: ArrayLike, z: ArrayLike) -> Array:
 
 
 def quat_from_two_vectors(a: ArrayLike, b: ArrayLike) -> Array:
-    """Return the smallest rotations (..., 4) that take unit vectors a (..., 3) to unit vectors b (..., 3)."""
+    """Return the smallest rotations (..., 4) from unit vectors a to unit vectors b (..., 3)."""
     a, b = np.broadcast_arrays(np.asarray(a, float), np.asarray(b, float))
     q = np.concatenate([1.0 + np.sum(a * b, axis=-1, keepdims=True), cross(a, b)], axis=-1)
     opposite = q[..., :1] < 1e-12

@@ -57,18 +57,22 @@ def read_scan(
     name_or_path: str | Path,
     *,
     viewpoint: Sequence[float] | None = None,
-    up: Sequence[float] = (0.0, 0.0, 1.0),
+    up: Sequence[float] | None = None,
+    camera: str | Path | None = None,
 ) -> PointCloud:
     """Return a cloud from a file, or the whole surface of a shipped payload.
 
     Parameters
     ----------
     name_or_path : str or Path
-        A .ply, .pcd, .obj, .stl, .npz or .npy file in metres, or the name of a shipped payload.
+        A scan of any format that `PointCloud.read` takes, a depth image, or the name of a shipped
+        payload.
     viewpoint : (3,), optional
         The sensor's position in the cloud's frame [m].
-    up : (3,)
-        Direction against gravity in the cloud's frame.
+    up : (3,), optional
+        Direction against gravity in the cloud's frame; z by default.
+    camera : str or Path, optional
+        Intrinsics (YAML) of a depth image, whose points are in the camera's frame.
 
     Raises
     ------
@@ -84,6 +88,12 @@ def read_scan(
     from drake_aerial.cloud.point_cloud import PointCloud
 
     path = Path(name_or_path)
+    if camera is not None:
+        from drake_aerial.scene.depth_image import read_depth_image
+
+        if viewpoint is not None:
+            raise InputError("`viewpoint` must not be given for a depth image: it is the origin")
+        return read_depth_image(path, camera, up=up)
     if os.path.exists(path) or path.suffix:
         return PointCloud.read(path, viewpoint=viewpoint, up=up)
     names = model_files.names("payloads")

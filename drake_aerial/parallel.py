@@ -1,7 +1,7 @@
 """Parallel work: threads over the machine's cores, and one BLAS thread for small arrays.
 
-Results do not depend on the number of cores. The method's matrix products are small: more BLAS threads cost more than
-they give, and sum in another order, so that results would depend on the machine.
+Results do not depend on the number of cores. The package's matrix products are small: several BLAS
+threads would be slower, and would make results depend on the machine by their order of summation.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _lock = threading.Lock()
 
 
 def cores() -> int:
-    """Return how many threads compute at a time: OMP_NUM_THREADS if it is set, else the cores this process may use."""
+    """Return the number of threads: OMP_NUM_THREADS if set, else the available cores."""
     wanted = os.environ.get("OMP_NUM_THREADS", "").split(",")[0].strip()
     if wanted.isdecimal() and int(wanted) > 0:
         return int(wanted)
@@ -40,13 +40,13 @@ def available_cores() -> int:
 
 
 def for_each(function: Callable[[_T], None], items: Sequence[_T]) -> None:
-    """Call a function with every item, several at a time, in no particular order.
+    """Call a function with every item, in parallel and in any order.
 
-    It pays where most of the time is spent in array operations, which let other threads run. Calls must not depend on
-    each other, and what an item is must not depend on the number of cores: then neither does the result.
+    Array operations release the interpreter lock, so that threads help. For results that do not
+    depend on the number of cores, calls must be independent, and so must the items.
     """
-    helpers = min(cores(), len(items)) - 1
-    if helpers < 1:
+    extra_threads = min(cores(), len(items)) - 1
+    if extra_threads < 1:
         for item in items:
             function(item)
         return
@@ -61,17 +61,17 @@ def for_each(function: Callable[[_T], None], items: Sequence[_T]) -> None:
             try:
                 function(item)
             except BaseException:
-                # After an error nothing more is begun, by whomever.
+                # After an error, no thread starts another item.
                 waiting.clear()
                 raise
 
-    futures = [_threads().submit(work) for _ in range(helpers)]
+    futures = [_threads().submit(work) for _ in range(extra_threads)]
     try:
         work()
     finally:
-        # Helpers that have not begun, because others keep the threads busy, have nothing left to do.
-        begun = [future for future in futures if not future.cancel()]
-        errors = [future.exception() for future in begun]
+        # All items are done: futures that have not started are not needed.
+        started = [future for future in futures if not future.cancel()]
+        errors = [future.exception() for future in started]
     for error in errors:
         if error is not None:
             raise error
@@ -85,14 +85,14 @@ def _threads() -> ThreadPoolExecutor:
         return _pool
 
 
-def _forget() -> None:
-    """A forked process has none of its parent's threads."""
+def _drop_pool() -> None:
+    """Drop the pool in a forked process, which has no threads."""
     global _pool, _lock
     _pool, _lock = None, threading.Lock()
 
 
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_forget)
+    os.register_at_fork(after_in_child=_drop_pool)
 
 
 _blas_lock = threading.Lock()
@@ -101,10 +101,10 @@ _limits: threadpool_limits | None = None
 
 
 def one_blas_thread(function: Callable[_P, _R]) -> Callable[_P, _R]:
-    """Return the function, run with one BLAS thread whatever the environment says; the old number is restored.
+    """Decorate a function to run with one BLAS thread.
 
-    The number is the whole process's: the first of several calls, nested or of several threads, sets it, the last to end
-    restores it.
+    The limit holds for the whole process: the first of several nested or concurrent calls sets it,
+    and the last one to end restores the old number.
     """
 
     @functools.wraps(function)

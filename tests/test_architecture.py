@@ -19,6 +19,7 @@ ORDER = (
     "io",
     "cloud",
     "features",
+    "scene",
     "density",
     "skill",
     "statics",

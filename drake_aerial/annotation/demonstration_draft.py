@@ -176,7 +176,9 @@ class DemonstrationDraft:
         cloud: dict[str, Any] = {"file": os.path.relpath(source.resolve(), path.parent.resolve())}
         if not np.array_equal(self.cloud.up, [0.0, 0.0, 1.0]):
             cloud["up"] = _rounded(self.cloud.up)
-        if self.cloud.viewpoint is not None:
+        if self.cloud.camera is not None:
+            cloud["camera"] = self.cloud.camera
+        elif self.cloud.viewpoint is not None:
             cloud["viewpoint"] = _rounded(self.cloud.viewpoint)
         lift = demonstration.quadrotors.p - demonstration.grippers.p
         axes = np.atleast_2d(axis_of(demonstration.grippers.q, 2))

@@ -4,8 +4,14 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
 
+from drake_aerial.cli.output import say_assumptions
 from drake_aerial.errors import InputError
+
+if TYPE_CHECKING:
+    from drake_aerial.cloud.point_cloud import PointCloud
 
 AXES = ("X", "Y", "Z")
 
@@ -15,7 +21,8 @@ def add_scan(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "cloud",
         metavar="CLOUD",
-        help="a .ply .pcd .obj .stl .npz or .npy file in metres, or the name of a shipped payload",
+        help="a scan in metres (.ply .pcd .obj .stl .npy .npz .xyz .txt .csv .pts .las ...), a depth "
+        "image (with --camera), or the name of a shipped payload",
     )
     command.add_argument(
         "--viewpoint",
@@ -28,10 +35,29 @@ def add_scan(command: argparse.ArgumentParser) -> None:
         "--up",
         type=float,
         nargs=3,
-        default=(0.0, 0.0, 1.0),
         metavar=AXES,
-        help="up direction in the scan frame (default: 0 0 1)",
+        help="up direction in the scan frame (default: 0 0 1; needed for a scan in camera axes)",
     )
+    command.add_argument(
+        "--camera",
+        type=Path,
+        metavar="FILE.yaml",
+        help="intrinsics, if CLOUD is a depth image (.png .tif .npy .exr)",
+    )
+
+
+def scan_of(arguments: argparse.Namespace) -> PointCloud:
+    """Return the cloud, and print what was assumed about it."""
+    from drake_aerial.named_inputs import read_scan
+
+    cloud = read_scan(
+        arguments.cloud,
+        viewpoint=arguments.viewpoint,
+        up=arguments.up,
+        camera=arguments.camera,
+    )
+    say_assumptions(cloud.to_record())
+    return cloud
 
 
 def add_parameters(command: argparse.ArgumentParser, component: str) -> None:

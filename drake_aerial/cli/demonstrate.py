@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from drake_aerial.cli.arguments import AXES, add_scan
+from drake_aerial.cli.arguments import AXES, add_scan, scan_of
 from drake_aerial.cli.output import say
 
 
@@ -48,9 +48,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Take the contacts and write the demonstration."""
     from drake_aerial.annotation.demonstration_draft import DemonstrationDraft
     from drake_aerial.annotation.demonstration_server import demonstrate
-    from drake_aerial.named_inputs import read_scan
 
-    cloud = read_scan(arguments.cloud, viewpoint=arguments.viewpoint, up=arguments.up)
+    cloud = scan_of(arguments)
+    cloud.require_up()
     draft = DemonstrationDraft(cloud, cloud.path)
     if arguments.at is None:
         out = demonstrate(

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from drake_aerial.choices import BELIEFS, CABLES, CONTROLLERS
 from drake_aerial.cli.arguments import add_json, add_live, add_seed, live_is_wanted, whole_number
-from drake_aerial.cli.output import print_result, progress_bar, say
+from drake_aerial.cli.output import print_result, progress_bar, say, say_assumptions
 
 
 def add_command(commands: argparse._SubParsersAction) -> None:
@@ -98,6 +98,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Fly the solution; save the trial and its replay. Fail unless the flight is completed."""
     from drake_aerial import prepare_flight, read_scan, write_diagram_picture
     from drake_aerial.configuration import read_controller, read_station
+    from drake_aerial.contacts.solutions import ContactSolutions
     from drake_aerial.visualization.replay import write_replay
 
     live = live_is_wanted(arguments)
@@ -135,6 +136,8 @@ def run(arguments: argparse.Namespace) -> int:
                 result = flight.run(arguments.seed, progress=progress, watch=watch)
         else:
             result = flight.run(arguments.seed, progress=progress)
+    if arguments.payload is None:
+        say_assumptions(ContactSolutions.read(arguments.contacts).cloud)
     result.save(arguments.out)
     write_replay(arguments.out / "flight.html", result)
     print_result(arguments.json, result.metrics, f"{result.summary()}\n-> {arguments.out}")

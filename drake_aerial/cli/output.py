@@ -21,6 +21,12 @@ def say(line: str) -> None:
     sys.stderr.flush()
 
 
+def say_assumptions(record: dict[str, Any]) -> None:
+    """Write what was assumed about a scan to stderr, one line each, from the scan's record."""
+    for assumption in record.get("assumptions", []):
+        say(f"assumed {assumption['kind']}: {assumption['text']}")
+
+
 @contextmanager
 def progress_bar(label: str) -> Iterator[Callable[[float, str], None]]:
     """Yield a callback that takes the fraction done and the present step.

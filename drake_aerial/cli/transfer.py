@@ -8,8 +8,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drake_aerial.choices import METHODS
-from drake_aerial.cli.arguments import add_json, add_parameters, add_scan, add_seed, whole_number
-from drake_aerial.cli.output import print_result, progress_bar
+from drake_aerial.cli.arguments import (
+    add_json,
+    add_parameters,
+    add_scan,
+    add_seed,
+    scan_of,
+    whole_number,
+)
+from drake_aerial.cli.output import print_result, progress_bar, say_assumptions
 
 if TYPE_CHECKING:
     from drake_aerial.contacts.solutions import ContactSolutions
@@ -63,7 +70,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Transfer the skill and write the contacts. Fail if none is feasible."""
     from drake_aerial import read_parameters, transfer
     from drake_aerial.contacts.parameters import TransferParameters
-    from drake_aerial.named_inputs import read_scan, read_skill
+    from drake_aerial.named_inputs import read_skill
     from drake_aerial.plant.team_lift import default_lift
 
     skill = read_skill(arguments.skill)
@@ -72,7 +79,7 @@ def run(arguments: argparse.Namespace) -> int:
         parameters = read_parameters("transfer", arguments.parameters)
     if arguments.mass is not None:
         parameters = replace(parameters, lift=default_lift(arguments.mass, len(skill)))
-    cloud = read_scan(arguments.cloud, viewpoint=arguments.viewpoint, up=arguments.up)
+    cloud = scan_of(arguments)
     with progress_bar("transfer") as progress:
         solutions = transfer(
             skill,
@@ -87,6 +94,9 @@ def run(arguments: argparse.Namespace) -> int:
             from drake_aerial import refine
 
             solutions = refine(skill, solutions, parameters=parameters, progress=progress)
+    # The features add what was assumed about spacing and outside.
+    found = solutions.cloud.get("assumptions", [])[len(cloud.assumptions) :]
+    say_assumptions({"assumptions": found})
     solutions.write(arguments.out)
     if arguments.html:
         from drake_aerial.visualization.file_view import write_contacts_page

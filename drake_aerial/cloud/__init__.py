@@ -1,1 +1,1 @@
-"""Point clouds: the value, its readers, samples of a mesh, partial views. No features of the surface."""
+"""Point clouds: the value, its readers, mesh sampling and partial views. No surface features."""

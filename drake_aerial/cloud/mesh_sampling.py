@@ -1,4 +1,4 @@
-"""Sample a mesh's surface evenly: a cloud as a scanner that sees all sides would give it."""
+"""Uniform samples of a mesh's surface."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ _STEPS = np.array([0.7548776662466927, 0.5698402909980532])
 
 
 def sample_surface(vertices: Array, faces: NDArray[np.int64], count: int, seed: int = 0) -> Array:
-    """Return points spread uniformly by area over a triangle mesh, the same ones for the same input.
+    """Sample points uniformly by area over a triangle mesh; equal input gives equal points.
 
-    Systematic sampling along the cumulative area picks the triangle, a low-discrepancy sequence the point in it:
-    every patch gets its share of points, without the clumps and gaps of independent draws.
+    Systematic sampling along the cumulative area selects the triangle. A low-discrepancy
+    sequence selects the point in it. Independent draws would leave clumps and gaps.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def sample_surface(vertices: Array, faces: NDArray[np.int64], count: int, seed: 
     count : int
         Number of points.
     seed : int
-        Seed of the sequences' offsets.
+        Random seed of the offsets of both sequences.
 
     Returns
     -------
@@ -37,13 +37,14 @@ def sample_surface(vertices: Array, faces: NDArray[np.int64], count: int, seed: 
     Raises
     ------
     InputError
-        If the mesh has no area, or a face names a vertex that is not there.
+        If `count` is not positive, the mesh has no area, or a face has an index out of range.
     """
     if count < 1:
-        raise InputError(f"the number of surface samples must be positive, got {count}")
+        raise InputError(f"`samples` must be positive, got {count}")
     if faces.min() < 0 or faces.max() >= len(vertices):
         raise InputError(
-            f"a face of the mesh names vertex {faces.max()}, but there are {len(vertices)} vertices"
+            f"the mesh has {len(vertices)} vertices, but a face refers to vertex "
+            f"{faces.max() if faces.min() >= 0 else faces.min()}"
         )
     corners = vertices[faces]
     areas = 0.5 * np.linalg.norm(

@@ -1,4 +1,4 @@
-"""Point clouds: read anything a user has, validate once at the boundary, trust inside."""
+"""Point clouds: read from any source, validated once."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from drake_aerial.cloud.assumptions import Assumption, AssumptionKind
 from drake_aerial.cloud.mesh_sampling import sample_surface
-from drake_aerial.cloud.readers import as_points, read_geometry
+from drake_aerial.cloud.raw_geometry import RawGeometry
+from drake_aerial.cloud.readers import read_geometry
+from drake_aerial.cloud.sensor_axes import camera_axes
+from drake_aerial.cloud.stray_points import stray_points
+from drake_aerial.cloud.validation import check_points, size_assumption
 from drake_aerial.errors import InputError
-from drake_aerial.geometry import Array, Pose, rotate, transform
-
-MAX_EXTENT = 50.0
-MIN_EXTENT = 1e-3
-# A cloud whose second principal spread is below this part of its first is a line: it has no surface.
-LINE_RATIO = 1e-3
+from drake_aerial.geometry import Array, Pose, as_pose, rotate, transform
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,9 +35,15 @@ class PointCloud:
     path : str or None
         The file the cloud was read from.
     sha256 : str
-        Hash of the points as read (finite rows, float64 little-endian bytes); later transformations keep it.
+        Hash of the finite points as read (float64, little-endian). Transformations keep it.
     dropped_points : int
-        Number of non-finite rows that were dropped, as depth cameras give them.
+        Number of points that were dropped: not finite, or stray.
+    assumptions : tuple of Assumption
+        What reading assumed beyond the defaults; empty for a clean cloud in metres with z up.
+    up_is_known : bool
+        False for a camera's points in its own axes whose `up` was not given.
+    camera : dict or None
+        Intrinsics of the depth camera, if the cloud was read from a depth image.
 
     Examples
     --------
@@ -55,10 +61,13 @@ class PointCloud:
     path: str | None
     sha256: str
     dropped_points: int
+    assumptions: tuple[Assumption, ...] = ()
+    up_is_known: bool = True
+    camera: dict[str, Any] | None = None
 
     def to_record(self) -> dict[str, Any]:
-        """Return what files of results keep of the cloud: where it is from and how to know it again; lengths in metres."""
-        return {
+        """Return the cloud's record for result files: its source and identity; lengths in m."""
+        record = {
             "path": self.path,
             "sha256": self.sha256,
             "points": len(self),
@@ -67,6 +76,14 @@ class PointCloud:
             "up": self.up.tolist(),
             "viewpoint": None if self.viewpoint is None else self.viewpoint.tolist(),
         }
+        if self.camera is not None:
+            record["camera"] = self.camera
+        if self.assumptions:
+            record["assumptions"] = [
+                {"kind": str(assumption.kind), "text": assumption.text}
+                for assumption in self.assumptions
+            ]
+        return record
 
     @classmethod
     def read(
@@ -74,46 +91,101 @@ class PointCloud:
         source: Any,
         *,
         viewpoint: ArrayLike | None = None,
-        up: ArrayLike = (0.0, 0.0, 1.0),
+        up: ArrayLike | None = None,
         samples: int = 20000,
     ) -> PointCloud:
         """Read and validate a cloud.
 
         Parameters
         ----------
-        source : path, (N, 3) array, Open3D or trimesh object
-            A file (.ply .pcd .obj .stl .npz with `points`, .npy), an array [m], an Open3D point cloud or triangle
-            mesh (legacy or tensor), or a trimesh mesh. Meshes are sampled uniformly over their surface.
-        viewpoint : (3,) array, optional
-            The sensor's position in the cloud's frame [m].
-        up : (3,) array
-            Direction against gravity in the cloud's frame, of any positive length.
+        source : path, array or object
+            A file (.ply .pcd .obj .stl .npz with `points`, .npy .xyz .txt .csv .pts .asc; with
+            optional libraries .las .laz .e57), an array (N, 3), (H, W, 3) or with fields x, y, z
+            [m], a cloud or triangle mesh of Open3D, a trimesh mesh, or a
+            `pydrake.perception.PointCloud`. Meshes are sampled uniformly over their surface.
+        viewpoint : (3,) array or pose, optional
+            The sensor's position in the cloud's frame [m]; that of the file by default.
+        up : (3,) array, optional
+            Direction against gravity in the cloud's frame, of any positive length; z by default.
         samples : int
             Number of points sampled from a mesh.
 
         Raises
         ------
         InputError
-            If the source cannot be read, is empty, holds no finite point, is of the wrong shape, has all its points
-            equal or on a line, or is larger than 50 m or smaller than 1 mm.
+            If the source cannot be read, is empty, holds no finite point, is of the wrong shape,
+            has all its points equal or on a line, is larger than 50 m or smaller than 1 mm, or has
+            coordinates too large for 32-bit floats.
         """
-        viewpoint_S = None if viewpoint is None else _vector(viewpoint, "viewpoint")
-        up_S = _vector(up, "up")
+        viewpoint_S = None if viewpoint is None else _position(viewpoint)
+        up_S = _vector((0.0, 0.0, 1.0) if up is None else up, "up")
         length = np.linalg.norm(up_S)
         if length < 1e-9:
-            raise InputError(f"up should be a direction of positive length, got {up_S.tolist()}")
+            raise InputError(f"`up` must be a direction of positive length, got {up_S.tolist()}")
 
         raw = read_geometry(source)
-        points = raw.points if raw.faces is None else sample_surface(raw.points, raw.faces, samples)
+        points, assumptions = _points(raw, samples)
         finite = np.isfinite(points).all(axis=1)
-        dropped = int(len(points) - finite.sum())
-        if dropped == len(points):
+        invalid = int(len(points) - finite.sum())
+        if invalid == len(points):
             raise InputError(f"{raw.label}: all {len(points)} points are NaN or infinite")
+        if invalid:
+            assumptions.append(_dropped(f"{invalid} of {len(points)} points are NaN or infinite"))
         points = np.ascontiguousarray(points[finite])
-        _check_extent(points, raw.label)
-        points.setflags(write=False)
         digest = hashlib.sha256(np.ascontiguousarray(points, dtype="<f8").tobytes()).hexdigest()
-        return cls(points, viewpoint_S, up_S / length, raw.path, digest, dropped)
+        stray = stray_points(points)
+        if stray.any():
+            text = f"{stray.sum()} of {len(points)} points are far from the rest, or invalid pixels"
+            assumptions.append(_dropped(text))
+            points = points[~stray]
+        check_points(points, raw.label)
+        assumptions += size_assumption(points)
+        if raw.in_camera_axes:
+            viewpoint_S = raw.viewpoint
+        elif viewpoint_S is None and raw.viewpoint is not None:
+            viewpoint_S = raw.viewpoint
+            text = f"the sensor is at {viewpoint_S.tolist()}, by the file's viewpoint"
+            assumptions.append(Assumption(AssumptionKind.OUTSIDE, text))
+        known = True
+        axes = "z forward" if raw.in_camera_axes else None
+        if axes is None and raw.faces is None and (viewpoint_S is None or not viewpoint_S.any()):
+            axes = camera_axes(points)
+        if axes is not None:
+            if viewpoint_S is None:
+                viewpoint_S = np.zeros(3)
+            known = up is not None
+            assumptions += _in_camera_axes(axes, known)
+        points.setflags(write=False)
+        return cls(
+            points,
+            viewpoint_S,
+            up_S / length,
+            raw.path,
+            digest,
+            invalid + int(stray.sum()),
+            tuple(assumptions),
+            known,
+        )
+
+    def require_up(self) -> None:
+        """Check that the direction of gravity is known.
+
+        Raises
+        ------
+        InputError
+            If the cloud is a camera's view in the camera's axes, read without `up`.
+        """
+        if not self.up_is_known:
+            text = next(a.text for a in self.assumptions if a.kind is AssumptionKind.UP)
+            raise InputError(f"the scan is one camera's view in camera axes; up is {text}")
+
+    def assuming(self, *assumptions: Assumption) -> PointCloud:
+        """Return the cloud with more assumptions recorded."""
+        return replace(self, assumptions=self.assumptions + assumptions)
+
+    def from_camera(self, camera: dict[str, Any]) -> PointCloud:
+        """Return the cloud with the intrinsics of the depth camera recorded."""
+        return replace(self, camera=camera)
 
     def __len__(self) -> int:
         return len(self.points)
@@ -128,14 +200,15 @@ class PointCloud:
         """Size of the axis-aligned bounding box, (3,) [m]."""
         return np.ptp(self.points, axis=0)
 
-    def transformed(self, X_NS: Pose) -> PointCloud:
+    def transformed(self, X_NS: Any) -> PointCloud:
         """Return the same cloud, its viewpoint and up expressed in another frame N.
 
         Parameters
         ----------
-        X_NS : Pose
+        X_NS : Pose or pydrake RigidTransform
             One pose: the cloud's present frame S in N.
         """
+        X_NS = as_pose(X_NS)
         viewpoint = None if self.viewpoint is None else transform(X_NS, self.viewpoint)
         return replace(
             self,
@@ -145,7 +218,9 @@ class PointCloud:
         )
 
     def cropped(self, lower: ArrayLike, upper: ArrayLike) -> PointCloud:
-        """Return the points inside the closed box `lower` to `upper`, each (3,) [m]; infinite bounds are allowed.
+        """Return the points inside the closed box from `lower` to `upper`, each (3,) [m].
+
+        Bounds may be infinite.
 
         Raises
         ------
@@ -156,26 +231,27 @@ class PointCloud:
         inside = ((self.points >= lower) & (self.points <= upper)).all(axis=1)
         if not inside.any():
             raise InputError(
-                f"no point of the cloud is inside the box {lower.tolist()} to {upper.tolist()}; its points span "
-                f"{self.points.min(axis=0).round(3).tolist()} to {self.points.max(axis=0).round(3).tolist()}"
+                f"no point of the cloud is inside the box {lower.tolist()} to {upper.tolist()}; "
+                f"its points are in {self.points.min(axis=0).round(3).tolist()} to "
+                f"{self.points.max(axis=0).round(3).tolist()}"
             )
         return replace(self, points=self.points[inside])
 
     def downsampled(self, voxel: float) -> PointCloud:
-        """Return one point per occupied cube of side `voxel` [m]: the mean of its distinct points, sorted by cube.
+        """Return the mean of the distinct points in each occupied cube of side `voxel` [m].
 
-        The result does not depend on the order of the points nor on repeated ones.
+        The means are sorted by cube; they do not depend on the points' order and repetition.
         """
         if not voxel > 0.0:
-            raise InputError(f"the voxel size must be positive, got {voxel}")
-        # The grid is shifted by the golden ratio's fraction: planes at round coordinates, as on boxes, would otherwise
-        # lie on a boundary between cubes, where rounding decides.
+            raise InputError(f"`voxel` must be positive, got {voxel}")
+        # The grid has an irrational offset: planes at round coordinates, as on boxes, would
+        # otherwise lie between two cubes.
         cube = np.floor(self.points / voxel + 0.3819660112501051).astype(np.int64)
         cube -= cube.min(axis=0)
         size = cube.max(axis=0) + 1
         if np.prod(size.astype(float)) > 2**62:
             raise InputError(
-                f"a voxel of {voxel} m is too small for a cloud of {self.extent.max():.3g} m"
+                f"`voxel` = {voxel} m is too small for a cloud of {self.extent.max():.3g} m"
             )
         key = (cube[:, 0] * size[1] + cube[:, 1]) * size[2] + cube[:, 2]
         x, y, z = self.points.T
@@ -188,34 +264,52 @@ class PointCloud:
         return replace(self, points=np.add.reduceat(points, starts, axis=0) / counts[:, None])
 
     def with_noise(self, sigma: float, rng: np.random.Generator) -> PointCloud:
-        """Return the cloud with Gaussian noise of standard deviation `sigma` [m] on every coordinate."""
+        """Return the cloud with Gaussian noise of standard deviation `sigma` [m] on coordinates."""
         return replace(self, points=self.points + sigma * rng.standard_normal(self.points.shape))
+
+
+def _points(raw: RawGeometry, samples: int) -> tuple[Array, list[Assumption]]:
+    """Return the points of a cloud, or samples of a mesh, and what was assumed."""
+    assumptions = list(raw.assumptions)
+    if raw.faces is None:
+        return raw.points, assumptions
+    used = len(np.unique(raw.faces))
+    if used < 0.5 * len(raw.points):
+        text = (
+            f"only {used} of {len(raw.points)} vertices belong to faces; "
+            "the vertices are taken as points, without the faces"
+        )
+        return raw.points, [*assumptions, Assumption(AssumptionKind.FACES, text)]
+    return sample_surface(raw.points, raw.faces, samples), assumptions
+
+
+def _dropped(text: str) -> Assumption:
+    return Assumption(AssumptionKind.DROPPED, text)
+
+
+def _in_camera_axes(axes: str, up_is_known: bool) -> list[Assumption]:
+    """Return the assumptions on a cloud that is one camera's view in the camera's axes."""
+    text = f"the points are one camera's view from the origin, {axes}; normals face the origin"
+    found = [Assumption(AssumptionKind.AXES, text)]
+    if not up_is_known:
+        level = "0 -1 0" if axes == "z forward" else "0 1 0"
+        text = f"unknown in camera axes; give --up X Y Z ({level} for a level camera)"
+        found.append(Assumption(AssumptionKind.UP, text))
+    return found
+
+
+def _position(viewpoint: Any) -> Array:
+    """Return the position (3,) of a viewpoint that is given as a vector or as a pose."""
+    if isinstance(viewpoint, Pose) or hasattr(viewpoint, "translation"):
+        viewpoint = as_pose(viewpoint).p
+    return _vector(viewpoint, "viewpoint")
 
 
 def _vector(values: ArrayLike, name: str) -> Array:
     try:
         vector = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError) as error:
-        raise InputError(f"{name} should be three numbers, got {values!r}") from error
+        raise InputError(f"`{name}` must be three numbers, got {values!r}") from error
     if vector.shape != (3,) or not np.isfinite(vector).all():
-        raise InputError(f"{name} should be three finite numbers, got {values!r}")
+        raise InputError(f"`{name}` must be three finite numbers, got {values!r}")
     return vector
-
-
-def _check_extent(points: Array, label: str) -> None:
-    points = as_points(points, label)
-    largest = float(np.ptp(points, axis=0).max())
-    if largest == 0.0:
-        raise InputError(f"{label}: all {len(points)} points are equal; a surface is needed")
-    if largest > MAX_EXTENT:
-        raise InputError(
-            f"{label}: the cloud is {largest:.4g} m large, more than {MAX_EXTENT:g} m; "
-            "are these millimetres given as metres? Metres are expected"
-        )
-    if largest < MIN_EXTENT:
-        raise InputError(
-            f"{label}: the cloud is {largest:.3g} m large, less than 1 mm; are the units right? Metres are expected"
-        )
-    spread = np.linalg.eigvalsh(np.cov((points - points.mean(axis=0)).T))
-    if spread[1] <= LINE_RATIO**2 * spread[2]:
-        raise InputError(f"{label}: all {len(points)} points lie on a line; a surface is needed")

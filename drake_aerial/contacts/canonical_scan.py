@@ -45,8 +45,10 @@ class CanonicalScan:
         Raises
         ------
         InputError
-            If the cloud has no surface features, or its projection along gravity has no area.
+            If the cloud's `up` is not known, it has no surface features, or its projection along
+            gravity has no area.
         """
+        cloud.require_up()
         cloud_N, X_SN = to_canonical(cloud)
         features = compute_features(cloud_N, parameters)
         return cls(X_SN, features, HorizontalHull.of_points(features.p), cloud_N.viewpoint)

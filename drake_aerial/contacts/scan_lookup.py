@@ -9,6 +9,7 @@ from typing import Any
 
 from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.errors import InputError
+from drake_aerial.scene.recorded_scan import read_recorded_scan
 
 
 def find_scan(record: Mapping[str, Any], folder: Path | None) -> PointCloud:
@@ -20,7 +21,7 @@ def find_scan(record: Mapping[str, Any], folder: Path | None) -> PointCloud:
     Parameters
     ----------
     record : mapping
-        `ContactSolutions.cloud`: `path`, `sha256`, `up` and `viewpoint`.
+        `ContactSolutions.cloud`: `path`, `sha256`, `up`, `viewpoint` and `camera`.
     folder : Path or None
         The folder of contacts.json, if the contacts were read from a file.
 
@@ -37,8 +38,7 @@ def find_scan(record: Mapping[str, Any], folder: Path | None) -> PointCloud:
         places += [folder / path, folder / Path(path).name]
     found = [place for place in dict.fromkeys(places) if os.path.isfile(place)]
     for place in found:
-        up, viewpoint = record.get("up") or (0.0, 0.0, 1.0), record.get("viewpoint")
-        scan = PointCloud.read(place, viewpoint=viewpoint, up=up)
+        scan = read_recorded_scan(record, place)
         if record.get("sha256") in (None, "", scan.sha256):
             return scan
     if found:

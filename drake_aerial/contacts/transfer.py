@@ -103,6 +103,7 @@ def transfer(
     clock.append(time.perf_counter())
     report(1.0, "done")
     timing = {name: round(b - a, 4) for name, a, b in zip(_PHASES, clock, clock[1:])}
+    cloud = cloud.assuming(*scan.features.assumptions)
     return ContactSolutions(
         method, seed, skill.label, cloud.to_record(), timing, solutions, parameters, query, cloud
     )

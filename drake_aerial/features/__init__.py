@@ -1,1 +1,1 @@
-"""Surface features of a cloud: neighbourhoods, normals, curvature, frames, outline seen from above. No learning."""
+"""Surface features: neighbourhoods, normals, curvature, frames, horizontal hull. No learning."""

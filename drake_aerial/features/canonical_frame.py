@@ -1,4 +1,4 @@
-"""The canonical frame of a cloud: coordinates that do not change when the cloud is moved, turned or reordered."""
+"""The canonical frame of a cloud, which moves with the cloud and ignores the points' order."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from drake_aerial.geometry import (
     quat_multiply,
 )
 
-# A moment below this part of its largest possible value is rounding, not shape.
+# Moments below this fraction of their largest possible value are rounding errors.
 _SIGNIFICANT = 1e-7
 
 
 def canonical_frame(cloud: PointCloud) -> Pose:
-    """Return X_SN: N has its origin at the centroid, z up and a yaw that the points themselves fix.
+    """Return X_SN: N has its origin at the centroid, z up and a yaw computed from the points.
 
-    The yaw comes from the horizontal second moment (principal axis); which of its two senses is x is decided by the
-    third moments. Where the second moment is isotropic, as for a square, the first higher rotational moment that is
-    not takes its place. So coordinates in N are the same, but for rounding, whatever the yaw, the position and the
-    order of the points, however often points are repeated, and however cloud, `up` and viewpoint are turned together.
-    A cloud that is symmetric about the vertical, point by point, has several such frames; it looks the same in all.
+    The yaw is the principal axis of the horizontal second moment; the third moments select its
+    sense. If the second moment is isotropic, as for a square, the first higher rotational moment
+    that is not isotropic replaces it. Except for rounding, coordinates in N do not depend on the
+    position and yaw of the cloud, nor on the order and repetition of its points. A cloud with a
+    rotational symmetry about the vertical has several such frames, with equal coordinates.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def canonical_frame(cloud: PointCloud) -> Pose:
     x0 = perpendicular(cloud.up)
     q_S0 = quat_from_xz(x0, cloud.up)
     y0 = np.cross(cloud.up, x0)
-    # The horizontal plane as complex numbers: a rotation multiplies them, and the k-th moment turns k times as fast.
+    # In complex numbers, a yaw a multiplies the k-th moment by exp(i k a).
     plane = (points - p_SN) @ x0 + 1j * ((points - p_SN) @ y0)
     yaw = _principal_yaw(plane)
     q_SN = quat_multiply(q_S0, quat_about_axis(np.array([0.0, 0.0, 1.0]), np.asarray(yaw)))
@@ -64,12 +64,12 @@ def _principal_yaw(plane: NDArray[np.complex128]) -> float:
         if np.abs(moment) > _SIGNIFICANT * np.sum(radius**order):
             candidates = (np.angle(moment) + 2.0 * np.pi * np.arange(order)) / order
             return _break_tie(plane, candidates)
-    # Rotationally symmetric to rounding: any yaw is as good.
+    # Rotationally symmetric to rounding: any yaw will do.
     return float(np.angle(plane[np.argmax(radius)]))
 
 
 def _break_tie(plane: NDArray[np.complex128], candidates: Array) -> float:
-    """Return the candidate yaw with the largest third moment along x; where several are equal, along y."""
+    """Return the candidate yaw with the largest third moment along x, on ties along y."""
     tolerance = _SIGNIFICANT * np.sum(np.abs(plane) ** 3)
     for part in (np.real, np.imag):
         moments = np.array([np.sum(part(plane * np.exp(-1j * yaw)) ** 3) for yaw in candidates])
@@ -78,6 +78,6 @@ def _break_tie(plane: NDArray[np.complex128], candidates: Array) -> float:
 
 
 def to_canonical(cloud: PointCloud) -> tuple[PointCloud, Pose]:
-    """Return the cloud expressed in its canonical frame N, and that frame X_SN."""
+    """Return the cloud expressed in its canonical frame N, and X_SN."""
     X_SN = canonical_frame(cloud)
     return cloud.transformed(invert(X_SN)), X_SN

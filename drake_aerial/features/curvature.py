@@ -1,4 +1,4 @@
-"""Principal curvatures and rims of a cloud whose normals are known."""
+"""Principal curvatures and rims of a cloud with known normals."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from drake_aerial.features.neighbourhoods import BallNeighbourhoods, Batch, dot
 from drake_aerial.geometry import Array, cross
 
-# Neighbours whose outward normals are more opposed than this cosine are on the other side of a thin wall.
+# Neighbours whose normals have a smaller dot product are on the other side of a thin wall.
 _OTHER_SHEET = -0.8
-# Two normals that both lean less than this cosine from a third are less opposed than that.
+# Two normals that both have a larger dot product with a third are on the same side.
 _ONE_SHEET = float(np.cos(0.5 * np.arccos(_OTHER_SHEET)))
-# Part of a rim's neighbours that may lie beyond it by more than this part of the radius.
+# Fraction of a rim's neighbours that may lie beyond it by more than a fraction of the radius.
 _BEYOND_RIM, _BEYOND_DISTANCE = 0.05, 0.4
 _UPPER = np.triu_indices(3)
 
@@ -30,9 +30,9 @@ class Curvature:
     k1 : (N, 3) array
         Unit direction of the first.
     outward : (N, 3) array
-        Unit direction along the surface away from the neighbours' mean; k1 where that is at the point itself.
+        Unit tangent away from the neighbours' mean; k1 where the mean is at the point.
     rim : (N,) bool array
-        Whether the neighbours lie on one side of the point.
+        True where the neighbours lie on one side of the point.
     """
 
     kappa: Array
@@ -44,17 +44,17 @@ class Curvature:
     def of(
         cls, balls: BallNeighbourhoods, normals: Array, t1: Array, rim_offset: float
     ) -> Curvature:
-        """Regress the neighbours' tangential normal components on their tangential offsets: the Weingarten map.
+        """Fit the Weingarten map: tangential normal components over tangential offsets.
 
         Parameters
         ----------
         balls : BallNeighbourhoods
-            Of the cloud's N points.
+            Neighbourhoods of the cloud's N points.
         normals, t1 : (N, 3) arrays
             Outward unit normals, and any unit tangents.
         rim_offset : float
-            A neighbourhood whose mean is further than this part of the radius from its point, along the surface, is
-            one-sided.
+            Tangential offset of the neighbours' mean, as a fraction of the radius, beyond which a
+            neighbourhood is one-sided.
         """
         count = len(normals)
         kappa, k1, outward = np.empty((count, 2)), np.empty((count, 3)), np.empty((count, 3))
@@ -85,10 +85,10 @@ def _fit(
     radius: float,
     rim_offset: float,
 ) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
-    """Return curvatures (M, 2), k1 (M, 3), the outward direction (M, 3) and rim (M,) of a batch's M points.
+    """Return curvatures (M, 2), k1 (M, 3), outward directions (M, 3) and rim (M,) of a batch.
 
-    `inside` (T, m, c) are the neighbours that count, `n_candidate` (3, T, c) the candidates' normals, `normal` and `t1`
-    (M, 3) the points' normals and tangents.
+    `inside` (T, m, c) marks the neighbours used, `n_candidate` (3, T, c) are the candidates'
+    normals, `normal` and `t1` (M, 3) the points' normals and tangents.
     """
     p, n = batch.p_candidate, n_candidate
     values = np.empty((22, *p.shape[1:]))
@@ -100,16 +100,14 @@ def _fit(
     count, p_sum, n_sum = sums[:, :1], sums[:, 1:4], sums[:, 4:7]
     pp = np.empty((len(sums), 3, 3))
     pp[:, _UPPER[0], _UPPER[1]] = pp[:, _UPPER[1], _UPPER[0]] = sums[:, 7:13]
-    # Offsets from the neighbours' mean: the regression has an intercept, so the error of the point's own
-    # normal drops out.
+    # The regression has an intercept, so that an error of the point's own normal cancels.
     base = p_sum / count
     spread = pp - p_sum[:, :, None] * base[:, None, :]
     turning = sums[:, 13:].reshape(-1, 3, 3) - n_sum[:, :, None] * base[:, None, :]
     tangents = np.stack([t1, cross(normal, t1)], axis=1)
     spread_T = tangents @ spread @ tangents.transpose(0, 2, 1)
     turning_T = tangents @ turning @ tangents.transpose(0, 2, 1)
-    # A trace of ridge: neighbours on one line, or none on this side of a wall, say nothing, hence no
-    # curvature.
+    # A small ridge: without neighbours, or with all of them on a line, the curvature is zero.
     spread_T += 1e-6 * radius**2 * np.eye(2)
     weingarten = np.linalg.solve(spread_T, turning_T.transpose(0, 2, 1))
     kappa, direction = np.linalg.eigh(0.5 * (weingarten + weingarten.transpose(0, 2, 1)))
@@ -128,7 +126,7 @@ def _fit(
     rim = distance > rim_offset * radius
     asked = np.flatnonzero(rim)
     if len(asked):
-        # Sparse samples are lopsided by chance; at a rim there is next to nothing on the outer side.
+        # Sparse samples are one-sided by chance; a rim has almost no neighbours on the outer side.
         tile, row = (index[asked] for index in np.nonzero(batch.used))
         ahead = dot(p[:, tile] - here[asked].T[:, :, None], outward[asked].T[:, :, None])
         beyond = np.sum(inside[tile, row] & (ahead > _BEYOND_DISTANCE * radius), axis=1)
@@ -137,7 +135,7 @@ def _fit(
 
 
 def _same_side(inside: NDArray[np.bool_], n_row: Array, n_candidate: Array) -> NDArray[np.bool_]:
-    """Return which neighbours (T, m, c) are on the point's own side of a thin wall.
+    """Return a mask (T, m, c) of the neighbours on the same side of a thin wall.
 
     `n_row` (3, T, m) and `n_candidate` (3, T, c) are normals.
     """

@@ -1,4 +1,4 @@
-"""The horizontal hull of a cloud: what "how far across" means on objects of another size or aspect (docs/method.md)."""
+"""The horizontal hull of a cloud, which normalises positions (docs/method.md)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from drake_aerial.geometry import Array
 
 @dataclass(frozen=True, eq=False)
 class HorizontalHull:
-    """The convex hull of a cloud's projection along gravity, in a frame whose z is up.
+    """The convex hull of a cloud's projection along gravity, in a frame with z up.
 
     Attributes
     ----------
@@ -25,7 +25,7 @@ class HorizontalHull:
 
     @classmethod
     def of_points(cls, points: ArrayLike) -> HorizontalHull:
-        """Return the hull of points (N, 2) or (N, 3) [m], of which x and y count.
+        """Return the hull of the x and y of points (N, 2) or (N, 3) [m].
 
         Raises
         ------
@@ -39,8 +39,8 @@ class HorizontalHull:
             hull = ConvexHull(xy)
         except (QhullError, ValueError) as error:
             raise InputError(
-                f"the {len(xy)} points of the cloud, seen from above, lie on a line; a surface with a horizontal "
-                "extent is needed (is `up` right?)"
+                f"the {len(xy)} points of the cloud lie on a line when seen from above; "
+                "check `up`, or give a scan with a horizontal extent"
             ) from error
         return cls(xy[hull.vertices])
 
@@ -53,14 +53,14 @@ class HorizontalHull:
     @property
     def centroid(self) -> Array:
         """Area centroid m, shape (2,) [m]."""
-        # About a vertex, so that an object far from the origin loses no digits.
+        # Relative to a vertex, for precision far from the origin.
         v = self.vertices - self.vertices[0]
         w = np.roll(v, -1, axis=0)
         twice = v[:, 0] * w[:, 1] - w[:, 0] * v[:, 1]
         return self.vertices[0] + ((v + w) * twice[:, None]).sum(axis=0) / (3.0 * twice.sum())
 
     def support(self, direction: ArrayLike) -> Array:
-        """Return h(t) = max over the hull of t . (x - m) [m], shape (...), for unit directions t (..., 2)."""
+        """Return h(t) = max of t . (x - m) over the hull [m], for unit directions t (..., 2)."""
         offset = self.vertices - self.centroid
         return np.max(np.asarray(direction, float) @ offset.T, axis=-1)
 
@@ -70,7 +70,7 @@ class HorizontalHull:
         return across.max(axis=-1) - across.min(axis=-1)
 
     def contains(self, points: ArrayLike, margin: float = 0.0) -> np.ndarray:
-        """Return whether points (..., 2) lie inside the hull grown by `margin` [m], shape (...)."""
+        """Return whether points (..., 2) are inside the hull, grown by `margin` [m]."""
         edge = np.roll(self.vertices, -1, axis=0) - self.vertices
         outward = np.column_stack([edge[:, 1], -edge[:, 0]]) / np.linalg.norm(
             edge, axis=1, keepdims=True

@@ -1,8 +1,9 @@
-"""Ball neighbourhoods of every point, tile by tile: sums over neighbours become products of small dense matrices.
+"""Ball neighbourhoods of all points, computed by products of small dense matrices.
 
-Space is divided into cubes a little larger than the ball's radius. The points of one cube, at most some tens, are a tile:
-all their neighbours are among the points of the 27 cubes around it. Tiles of like size are taken together in batches, whose
-distances, masks and sums are a few matrix products each; batches are independent, and share the cores.
+Space is divided into cubes a little larger than the ball's radius. The points of one cube, at most
+some tens, form a tile: all their neighbours are among the points of the 27 cubes around it. Tiles
+of similar size form batches. Distances, masks and sums of a batch are a few matrix products each.
+Batches are independent and run in parallel.
 """
 
 from __future__ import annotations
@@ -16,18 +17,18 @@ from numpy.typing import NDArray
 from drake_aerial.geometry import Array
 from drake_aerial.parallel import for_each
 
-# Points of a tile, where as many are in one cube: what is gathered for one of them serves all.
-_FEWEST, _ROWS = 8, 32
-# Cubes in which a point has fewer company than this are made larger.
-_FEW = 3.0
-# Pairs of a point and a candidate that a batch holds: bounds its memory (some ten bytes each), and fits the cache.
+# Minimum and maximum number of points in a tile of a crowded cube.
+_MIN_ROWS, _MAX_ROWS = 8, 32
+# Cubes are enlarged until they hold this many points on average.
+_MIN_SHARED = 3.0
+# Pairs of point and candidate in a batch: limits its memory, and fits the cache.
 _PAIRS = 200_000
-# Side of a cube over the radius; below one, neighbours would lie outside the 27 cubes.
+# Side of a cube over the radius; below 1, neighbours would lie outside the 27 cubes.
 _SIDE = 1.0 + 1e-6
-# A square of a distance that is beyond any radius, and, unlike infinity, may be multiplied by zero.
+# A squared distance beyond any radius; unlike infinity, it may be multiplied by zero.
 _FAR = 1e100
-# Cubes along an axis at most, so that their numbers fit integers.
-_CUBES = 2**20
+# Maximum number of cubes along an axis, so that their numbers fit 64-bit integers.
+_MAX_CUBES = 2**20
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,9 +40,9 @@ class Batch:
     rows : (T, m) int array
         The points, as indices in the cloud. Tiles of fewer than m repeat one.
     used : (T, m) bool array
-        Which of them count.
+        False for the repeated ones.
     candidates : (T, c) int array
-        Points among which the neighbours are. Tiles of fewer than c repeat one.
+        Points that may be neighbours. Tiles of fewer than c repeat one.
     p_row, p_candidate : (3, T, m) and (3, T, c) arrays
         Their positions from an origin near the tile [m], coordinate by coordinate.
     inside : (T, m, c) bool array
@@ -61,7 +62,10 @@ class Batch:
         return self.rows[self.used]
 
     def sums(self, values: Array, inside: NDArray[np.bool_] | None = None) -> Array:
-        """Return the sums (M, D) of the candidates' values (D, T, c) over every point's neighbours, or over `inside`."""
+        """Return sums (M, D) of the candidates' values (D, T, c) over each point's neighbours.
+
+        `inside` (T, m, c), if given, replaces the neighbours.
+        """
         mask = (self.inside if inside is None else inside).astype(np.float64)
         return (mask @ values.transpose(1, 2, 0))[self.used]
 
@@ -81,22 +85,22 @@ class BallNeighbourhoods:
         self.points = points
         self.radius = radius
         extent = float(np.ptp(points, axis=0).max())
-        side = max(_SIDE * radius, extent / _CUBES)
+        side = max(_SIDE * radius, extent / _MAX_CUBES)
         first, number, size = self._cubes(side)
-        while _shared(first, len(points)) < _FEW and side < extent:
+        while _shared(first, len(points)) < _MIN_SHARED and side < extent:
             side *= 2.0
             first, number, size = self._cubes(side)
         self._sorted = np.ascontiguousarray(points[self._order].T)
         bounds = np.append(first, len(points))
-        # Three cubes in a row along z are one run of sorted points; nine runs make up the surroundings.
+        # Three cubes in a row along z are one run of sorted points; there are nine runs.
         shift = ((np.arange(3)[:, None] - 1) * size[1] + np.arange(3) - 1).ravel() * size[2]
         begin = bounds[np.searchsorted(number, number[:, None] + shift - 1, "left")]
         end = bounds[np.searchsorted(number, number[:, None] + shift + 1, "right")]
         around = (end - begin).sum(axis=1)
 
-        # Cubes with many points, or with points that have many around them, are several tiles.
+        # Cubes with many points or many candidates are split into several tiles.
         count = np.diff(bounds)
-        parts = -(-count // np.clip(_PAIRS // around, _FEWEST, _ROWS))
+        parts = -(-count // np.clip(_PAIRS // around, _MIN_ROWS, _MAX_ROWS))
         cube_of = np.repeat(np.arange(len(count)), parts)
         share = -(-count // parts)[cube_of]
         start = (
@@ -111,7 +115,7 @@ class BallNeighbourhoods:
         self._batches = self._batched(around[cube_of[like]])
 
     def _cubes(self, side: float) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-        """Sort the points by cube; return where cubes begin, their numbers, and how many there are along each axis."""
+        """Sort the points by cube; return the cubes' starts, numbers, and counts along the axes."""
         number, size = _cube_numbers(self.points, side)
         self._order = np.argsort(number, kind="stable")
         number = number[self._order]
@@ -120,16 +124,16 @@ class BallNeighbourhoods:
 
     @staticmethod
     def _batched(around: NDArray[np.int64]) -> list[slice]:
-        """Return slices of the tiles, sorted by candidates, with about as many pairs each."""
+        """Return slices of the tiles with about equal numbers of pairs."""
         batches, start = [], 0
         while start < len(around):
-            stop = start + max(1, _PAIRS // (_ROWS * int(around[start])))
+            stop = start + max(1, _PAIRS // (_MAX_ROWS * int(around[start])))
             batches.append(slice(start, min(stop, len(around))))
             start = stop
         return batches
 
     def for_each(self, function: Callable[[Batch], None]) -> None:
-        """Call a function with every batch, several at a time: it may write what belongs to the batch's own points."""
+        """Call a function with every batch, in parallel; it may write to its own points only."""
         for_each(lambda tiles: function(self._batch(tiles)), self._batches)
 
     def _batch(self, tiles: slice) -> Batch:
@@ -146,7 +150,7 @@ class BallNeighbourhoods:
         total = length.sum(axis=1)
         places = np.arange(total.max())
         real = places < total[:, None]
-        # The k-th candidate of a tile is in the run in which k falls, as far from the run's begin.
+        # Candidate k of a tile is at the same offset in the run that contains k.
         jump = begin - (np.cumsum(length, axis=1) - length)
         candidates = np.repeat(start[:, None], len(places), axis=1)
         candidates[real] = (
@@ -168,13 +172,16 @@ class BallNeighbourhoods:
 
 
 def order_by_place(points: Array, side: float) -> NDArray[np.int64]:
-    """Return the order (N,) that takes points (N, 3) cube by cube of about that side [m]: neighbours are then near in memory."""
-    side = max(side, float(np.ptp(points, axis=0).max()) / _CUBES)
+    """Return the order (N,) of points (N, 3) by cubes of about that side [m].
+
+    In this order, neighbours are near each other in memory.
+    """
+    side = max(side, float(np.ptp(points, axis=0).max()) / _MAX_CUBES)
     return np.argsort(_cube_numbers(points, side)[0], kind="stable")
 
 
 def _cube_numbers(points: Array, side: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the number (N,) of every point's cube, and how many there are along each axis, (3,)."""
+    """Return each point's cube number (N,), and the number of cubes along each axis (3,)."""
     # One empty cube on every side: a neighbouring cube's number is this one's plus a constant.
     cube = ((points - points.min(axis=0)) / side).astype(np.int64) + 1
     size = cube.max(axis=0) + 2
@@ -182,10 +189,10 @@ def _cube_numbers(points: Array, side: float) -> tuple[NDArray[np.int64], NDArra
 
 
 def dot(a: Array, b: Array) -> Array:
-    """Return the dot products (...) of vectors given coordinate by coordinate, (3, ...): faster than a sum over an axis."""
+    """Return dot products (...) of vectors (3, ...); faster than a sum over the last axis."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def _shared(first: NDArray[np.int64], count: int) -> float:
-    """Return how many points the cube of a point holds on average."""
+    """Return the number of points in the cube of a point, on average over points."""
     return float(np.sum(np.diff(np.append(first, count)) ** 2) / count)

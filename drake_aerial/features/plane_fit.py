@@ -1,4 +1,4 @@
-"""The plane through every point's neighbours: its normal, and whether there are enough of them."""
+"""Plane fits to the neighbours of each point."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _UPPER = np.triu_indices(3)
 def fit_planes(
     points: Array, radius: float, min_neighbours: int
 ) -> tuple[BallNeighbourhoods, Array, NDArray[np.int64]] | None:
-    """Fit a plane to the ball round every point that has enough neighbours, counting only such points.
+    """Fit planes to ball neighbourhoods, without the points that have too few neighbours.
 
     Parameters
     ----------
@@ -24,25 +24,25 @@ def fit_planes(
     radius : float
         Radius of the ball [m].
     min_neighbours : int
-        Least number of points in a ball, its centre included.
+        Minimum number of points in a ball, its centre included.
 
     Returns
     -------
     balls : BallNeighbourhoods
-        Of the M points that are left, in the given order.
+        Neighbourhoods of the M points that are kept, in the given order.
     normals : (M, 3) array
         Unit normals of arbitrary sign: the directions of least spread.
     kept : (M,) int array
-        Which of the given points are left.
+        Indices of the kept points.
 
-    If no points are left, None.
+    None if no points are kept.
     """
     balls = BallNeighbourhoods(points, radius)
     normals, count = _planes(balls)
     kept = np.arange(len(points))
     if count.min() >= min_neighbours:
         return balls, normals, kept
-    # Without the points that are left out, those near them may have too few.
+    # Removing points may leave others near them with too few neighbours.
     while count.min(initial=min_neighbours) < min_neighbours:
         enough = count >= min_neighbours
         left_out, points, count, kept = (

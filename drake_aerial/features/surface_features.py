@@ -1,6 +1,4 @@
-"""Surface features: a frame from the normal and the principal curvatures, and their values, at points of a
-cloud.
-"""
+"""Surface features of a cloud: frames from normals and principal curvatures, and curvatures."""
 
 from __future__ import annotations
 
@@ -11,12 +9,15 @@ import numpy as np
 from annotated_types import Ge, Lt
 from numpy.typing import ArrayLike, NDArray
 
+from drake_aerial.cloud.assumptions import Assumption, AssumptionKind
 from drake_aerial.cloud.point_cloud import PointCloud
+from drake_aerial.cloud.validation import size_assumption, unit_hint
 from drake_aerial.errors import InputError
 from drake_aerial.features import orientation
 from drake_aerial.features.curvature import Curvature
 from drake_aerial.features.neighbourhoods import order_by_place
 from drake_aerial.features.plane_fit import fit_planes
+from drake_aerial.features.sampling_distance import sampling_distance
 from drake_aerial.geometry import (
     Array,
     Pose,
@@ -29,10 +30,13 @@ from drake_aerial.geometry import (
 from drake_aerial.io.records import NonNegative, Positive, Whole, record
 from drake_aerial.parallel import one_blas_thread
 
-# |r1| on a right-angled edge under this regression: the plane fits round the edge off over the ball, whatever rho is.
-# Along a clean box's edges its median is 1.17, and 90 % are between 1.10 and 1.22.
+# |r1| on a right-angled edge: plane fits smooth the edge over the ball, at any rho.
+# Along the edges of a clean box, the median is 1.17; 90 % are between 1.10 and 1.22.
 EDGE_SALIENCY = 1.15
-# Difference of |r1| and |r2| that is rounding, on exactly flat or spherical samples.
+# A cloud with more hidden points than this fraction is no single view.
+_HIDDEN = 0.1
+_FEW_POINTS = 50
+# Rounding error of |r1| - |r2| on exactly flat or spherical samples.
 _ROUNDING = 1e-9
 
 
@@ -78,26 +82,27 @@ class SurfaceFeatures:
     p : (N, 3) array
         Positions in F [m].
     q : (N, 4) array
-        Frames in F (w, x, y, z): x is k1, the direction of the principal curvature of larger magnitude, z
-        the outward normal, y = z cross x. At a rim, x points outward across it, whatever the curvatures
-        there.
+        Frames in F (w, x, y, z): x is k1, the direction of the principal curvature of larger
+        magnitude, z the outward normal, y = z cross x. At a rim, x points outward across it.
     r : (N, 2) array
         Dimensionless principal curvatures kappa * rho, |r1| >= |r2|, convex positive.
     anisotropy : (N,) array
-        Confidence c = (|r1| - |r2|) / max(|r1|, floor), in [0, 1], in the direction of k1; 1 at a rim.
+        Confidence c in k1: (|r1| - |r2|) / max(|r1|, floor), in [0, 1]; 1 at a rim.
     rim : (N,) bool array
-        Where the visible surface ends: neighbourhoods that lie on one side of their point.
+        True where the visible surface ends: all neighbours lie on one side.
     rho : float
         Radius of the neighbourhoods [m].
     edge_saliency : float
-        Saliency that rim points are given.
+        Saliency of rim features.
+    assumptions : tuple of Assumption
+        What was assumed about the cloud's spacing and its outside.
 
     Examples
     --------
     >>> from drake_aerial import compute_features, read_scan
     >>> features = compute_features(read_scan("box_68x61x28"))
     >>> edges = features.take(features.saliency > 0.9)
-    >>> bool(len(edges) < 0.2 * len(features)), bool(edges.r[:, 0].min() > 0.0)  # few, and convex
+    >>> bool(len(edges) < 0.2 * len(features)), bool(edges.r[:, 0].min() > 0.0)  # few and convex
     (True, True)
     """
 
@@ -108,6 +113,7 @@ class SurfaceFeatures:
     rim: NDArray[np.bool_]
     rho: float
     edge_saliency: float = EDGE_SALIENCY
+    assumptions: tuple[Assumption, ...] = ()
 
     def __len__(self) -> int:
         return len(self.p)
@@ -124,9 +130,7 @@ class SurfaceFeatures:
 
     @property
     def saliency(self) -> Array:
-        """|r1|, and at a rim an edge's saliency: curvature does not see where the visible surface ends;
-        (N,).
-        """
+        """|r1|, and `edge_saliency` at a rim, where curvature says nothing; (N,)."""
         return np.where(self.rim, self.edge_saliency, np.abs(self.r[:, 0]))
 
     @property
@@ -154,9 +158,9 @@ class SurfaceFeatures:
     def spun(self, rng: np.random.Generator) -> Pose:
         """Draw frames from the features' own ambiguity: poses X_Fv, batch (N,).
 
-        k1 is known up to its sign, and where the curvatures are alike not at all: each frame is turned about
-        its normal by 0 or pi with probability 1/2, except at a rim where the sign is known, and by a
-        Gaussian angle of standard deviation pi * exp(-100 c^2) with c the anisotropy.
+        The sign of k1 is unknown, and k1 itself where the curvatures are equal. Each frame turns
+        about its normal by 0 or pi with probability 1/2, except at a rim, and by a Gaussian angle
+        of standard deviation pi * exp(-100 c^2) with the anisotropy c.
         """
         flip = np.pi * (rng.random(len(self)) < 0.5)
         flip[self.rim] = 0.0
@@ -172,30 +176,36 @@ def compute_features(
 ) -> SurfaceFeatures:
     """Compute the surface features of a cloud, one per occupied voxel.
 
-    The steps: downsample; fit each neighbourhood's plane (principal component analysis) for the normal; turn
-    normals outward (towards the viewpoint where known, else consistently); regress the neighbours'
-    tangential normal components on their tangential offsets, which gives the Weingarten map, whose
-    eigenvalues and eigenvectors are the principal curvatures and directions; find the rim.
+    Steps:
 
-    Parts thinner than rho, such as a teapot's handle, fit into one ball whole: a plane fitted to it is not the
-    surface's, and some of its points are taken for a rim.
+    1. Downsample to voxels.
+    2. Fit a plane to each neighbourhood (principal component analysis): the normal.
+    3. Orient the normals: towards the viewpoint if known, else consistently over the cloud.
+    4. Regress tangential normal components on tangential offsets: the Weingarten map, whose
+       eigenvalues and eigenvectors are the principal curvatures and directions.
+    5. Find the rims.
+
+    Parts thinner than rho, such as a teapot's handle, are inside one ball: their normals are
+    unreliable, and some of their points are classified as rim.
 
     Parameters
     ----------
     cloud : PointCloud
-        A cloud in its canonical frame (z up), so that the features' order is canonical too.
+        A cloud; in its canonical frame, the features' order is canonical too.
     parameters : FeatureParameters, optional
         Radius, voxel and thresholds.
 
     Returns
     -------
     SurfaceFeatures
-        In the cloud's frame; without voxels in the order of its points. Points with too few neighbours are left out.
+        In the cloud's frame, without points that have too few neighbours. Without voxels, they
+        keep the order of the points.
 
     Raises
     ------
     InputError
-        If no part of the cloud has `min_neighbours` points within rho of each of its points.
+        If neighbouring points are more than rho apart, or no part of the cloud has
+        `min_neighbours` points within rho of each of its points.
 
     Examples
     --------
@@ -211,21 +221,18 @@ def compute_features(
         cloud = cloud.downsampled(parameters.voxel_size)
         order = np.arange(len(cloud))
     else:
-        # A raw cloud's points may come in any order; voxels are in order already.
+        # Points of a raw cloud have any order; voxels are sorted already.
         order = order_by_place(cloud.points, 2.0 * parameters.rho)
+    sampled = _check_sampling(cloud, parameters)
     planes = fit_planes(cloud.points[order], parameters.rho, parameters.min_neighbours)
     if planes is None:
         raise InputError(
-            f"too few points: none of {len(cloud)} (one per {1e3 * parameters.voxel_size:.3g} mm voxel) has "
-            f"{parameters.min_neighbours} neighbours within rho = {parameters.rho:g} m; "
-            "give a denser cloud or a larger rho"
+            f"too few points: none of {len(cloud)} has {parameters.min_neighbours} neighbours within "
+            f"rho = {parameters.rho:g} m; {_remedy(cloud)}"
         )
     balls, normals, kept = planes
     points = balls.points
-    if cloud.viewpoint is not None:
-        normals = orientation.towards_viewpoint(points, normals, cloud.viewpoint)
-    else:
-        normals = orientation.consistently(points, normals, cloud.up, parameters.rho)
+    normals, oriented = _outward(cloud, points, normals, parameters.rho)
     t1 = perpendicular(normals)
     curvature = Curvature.of(balls, normals, t1, parameters.rim_offset)
     r = curvature.kappa * parameters.rho
@@ -234,14 +241,75 @@ def compute_features(
         magnitude[:, 0], parameters.anisotropy_floor
     )
     anisotropy = np.where(curvature.rim, 1.0, anisotropy)
-    # Where the curvatures differ by rounding alone, k1 is noise: any fixed tangent is as good, and
-    # reproducible.
+    # Where the curvatures are equal except for rounding, a fixed tangent is reproducible.
     umbilic = magnitude[:, 0] - magnitude[:, 1] < _ROUNDING
     x = np.where(
         curvature.rim[:, None], curvature.outward, np.where(umbilic[:, None], t1, curvature.k1)
     )
     q = quat_from_xz(x, normals)
     features = SurfaceFeatures(
-        points, q, r, anisotropy, curvature.rim, parameters.rho, parameters.edge_saliency
+        points,
+        q,
+        r,
+        anisotropy,
+        curvature.rim,
+        parameters.rho,
+        parameters.edge_saliency,
+        sampled + oriented,
     )
     return features if parameters.voxel_size > 0.0 else features.take(np.argsort(order[kept]))
+
+
+def _check_sampling(cloud: PointCloud, parameters: FeatureParameters) -> tuple[Assumption, ...]:
+    """Return the assumption that a sparse cloud is dense enough.
+
+    Raises
+    ------
+    InputError
+        If the cloud is too sparse for any curvature.
+    """
+    rho = parameters.rho
+    # Large voxels are a user's choice; tiny clouds are refused by their numbers of neighbours.
+    if parameters.voxel_size > rho / 3.0 or len(cloud) < _FEW_POINTS:
+        return ()
+    distance = sampling_distance(cloud.points, rho)
+    spacing = f"neighbouring points are {100 * distance:.2g} cm apart"
+    if distance > rho:
+        raise InputError(
+            f"the scan is too sparse: {spacing}, at most {50 * rho:.2g} cm are needed for "
+            f"rho = {rho:g} m; {_remedy(cloud)}"
+        )
+    if distance <= 0.5 * rho:
+        return ()
+    text = f"the scan is sparse: {spacing}, {50 * rho:.2g} cm or less are better"
+    return (Assumption(AssumptionKind.SPACING, text),)
+
+
+def _remedy(cloud: PointCloud) -> str:
+    """Return the advice for a cloud that is too sparse: by its size, it may be in another unit."""
+    extent = float(cloud.extent.max())
+    if size_assumption(cloud.points):
+        return f"the cloud is {extent:.3g} m large; {unit_hint(extent)}"
+    return "scan more densely, or learn the skill with a larger rho"
+
+
+def _outward(
+    cloud: PointCloud, points: Array, normals: Array, rho: float
+) -> tuple[Array, tuple[Assumption, ...]]:
+    """Return the normals with outward signs, and what was assumed about a given viewpoint."""
+    if cloud.viewpoint is None:
+        normals = orientation.consistently(points, normals, cloud.up, rho)
+        return orientation.facing_out_of_plates(points, normals, rho), ()
+    hidden = orientation.hidden_points(points, normals, cloud.viewpoint, rho)
+    if hidden.mean() <= _HIDDEN:
+        normals = orientation.towards_viewpoint(points, normals, cloud.viewpoint)
+        return orientation.facing_out_of_plates(points, normals, rho), ()
+    text = (
+        f"{100 * hidden.mean():.0f} % of the scan are hidden from the viewpoint; "
+        "their outside is found from the rest of the scan"
+    )
+    outward = orientation.consistently(
+        points, normals, cloud.up, rho, visible=~hidden, viewpoint=cloud.viewpoint
+    )
+    outward = orientation.facing_out_of_plates(points, outward, rho)
+    return outward, (Assumption(AssumptionKind.OUTSIDE, text),)

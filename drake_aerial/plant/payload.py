@@ -198,7 +198,7 @@ class Payload:
         if inertia is None:
             assert solid is not None
             inertia = solid.inertia(mass)
-        X_SP = geometry.identity() if X_SP is None else X_SP
+        X_SP = geometry.identity() if X_SP is None else geometry.as_pose(X_SP)
         # Checked, and made arrays, in the constructor.
         return cls(name, float(mass), cast(Array, com), cast(Array, inertia), vertices, faces, X_SP)
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
+from drake_aerial.cloud.readers import read_geometry
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, cross
 
@@ -62,12 +63,11 @@ def _load(path: Path) -> Any:
 
     if not os.path.isfile(path):
         raise InputError(f"there is no mesh file {path}")
-    try:
-        return trimesh.load(path, force="mesh")
-    except Exception as error:  # trimesh passes on every exception of its readers
-        raise InputError(
-            f"the mesh file must be a readable .obj, .ply or .stl, got {path}: {error}"
-        ) from error
+    geometry = read_geometry(path)
+    if geometry.faces is None:
+        raise InputError(f"{path} holds no triangles; a payload needs a mesh")
+    # trimesh merges equal vertices, of which STL files have several for each corner.
+    return trimesh.Trimesh(geometry.points, geometry.faces)
 
 
 def box(size: Array) -> tuple[Array, Array]:

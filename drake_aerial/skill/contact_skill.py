@@ -7,6 +7,7 @@ import json
 import os
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -200,7 +201,7 @@ class ContactSkill:
             return Pose(arrays[f"{name}.p"], arrays[f"{name}.q"])
 
         def features(name: str) -> SurfaceFeatures:
-            parts = {part: arrays[f"{name}.{part}"] for part in _FEATURE_ARRAYS}
+            parts: dict[str, Any] = {part: arrays[f"{name}.{part}"] for part in _FEATURE_ARRAYS}
             return SurfaceFeatures(**parts, rho=rho, edge_saliency=edge_saliency)
 
         bandwidth, count = parameters.bandwidth, range(metadata["grippers"])

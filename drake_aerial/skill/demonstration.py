@@ -94,8 +94,10 @@ class Demonstration:
         Raises
         ------
         InputError
-            If a shape is wrong, a direction vanishes, or a cable has no length.
+            If a shape is wrong, a direction vanishes, a cable has no length, or the cloud's `up`
+            is not known.
         """
+        cloud.require_up()
         p = np.atleast_2d(np.asarray(positions, float))
         if p.ndim != 2 or p.shape[1] != 3 or len(p) == 0 or not np.isfinite(p).all():
             raise InputError(

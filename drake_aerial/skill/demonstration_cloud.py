@@ -10,9 +10,11 @@ import numpy as np
 from annotated_types import Ge
 
 from drake_aerial.cloud.point_cloud import PointCloud
+from drake_aerial.cloud.readers import read_geometry
 from drake_aerial.errors import InputError
 from drake_aerial.io import model_files
 from drake_aerial.io.records import Count, Name, NonNegative, Positive, Vector, Whole, record
+from drake_aerial.scene.depth_image import read_depth_image
 
 # A face lies within this distance of the box's top [m].
 _TOP = 1e-6
@@ -24,6 +26,8 @@ class CloudEntry:
 
     file: Name | None = None
     """A scan, relative to the demonstration file."""
+    camera: Name | dict[str, Any] | None = None
+    """Intrinsics, or their YAML file, if `file` is a depth image."""
     mesh: Name | None = None
     """A mesh file, relative to the demonstration file, or the name of a shipped mesh."""
     box: tuple[Positive, Positive, Positive] | None = None
@@ -79,13 +83,17 @@ def read_cloud(entry: CloudEntry, folder: Path) -> PointCloud:
         If the file or mesh cannot be read.
     """
     rng = np.random.default_rng(entry.seed)
-    placed: dict[str, Any] = {"viewpoint": entry.viewpoint, "up": entry.up or (0.0, 0.0, 1.0)}
-    if entry.file is not None:
+    placed: dict[str, Any] = {"viewpoint": entry.viewpoint, "up": entry.up}
+    if entry.file is not None and entry.camera is not None:
+        camera = folder / entry.camera if isinstance(entry.camera, str) else entry.camera
+        cloud = read_depth_image(folder / entry.file, camera, up=entry.up)
+    elif entry.file is not None:
         cloud = PointCloud.read(folder / entry.file, samples=entry.samples, **placed)
     elif entry.view == "partial":
         from drake_aerial.cloud.partial_views import partial_view
 
         assert entry.viewpoint is not None
+        placed["up"] = entry.up or (0.0, 0.0, 1.0)
         return partial_view(_mesh(entry, folder), **placed, noise=entry.noise, rng=rng)
     else:
         cloud = PointCloud.read(_mesh(entry, folder), samples=entry.samples, **placed)
@@ -101,7 +109,13 @@ def _mesh(entry: CloudEntry, folder: Path) -> Any:
     if entry.box is not None:
         mesh = trimesh.creation.box(extents=entry.box)
     else:
-        mesh = trimesh.load(_mesh_file(str(entry.mesh), folder), force="mesh")
+        file = _mesh_file(str(entry.mesh), folder)
+        geometry = read_geometry(file)
+        if geometry.faces is None:
+            raise InputError(
+                f"`mesh` must have triangles, got the points {file}; give it as `file`"
+            )
+        mesh = trimesh.Trimesh(geometry.points, geometry.faces)
     mesh.apply_scale(entry.scale or 1.0)
     return mesh
 

@@ -62,6 +62,7 @@ def learn(
     ('edge', 1)
     """
     parameters = parameters or LearningParameters()
+    demonstration.cloud.require_up()
     cloud_N, X_SN = to_canonical(demonstration.cloud)
     features = compute_features(cloud_N, parameters.features)
     X_NS = invert(X_SN)

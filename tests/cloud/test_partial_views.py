@@ -99,14 +99,14 @@ def test_from_inside_the_walls_are_seen():
 @pytest.mark.parametrize(
     ("keywords", "message"),
     [
-        ({"viewpoint": [0, 0]}, "viewpoint should be three finite numbers"),
-        ({"viewpoint": [0, 0, np.nan]}, "viewpoint should be three finite numbers"),
-        ({"viewpoint": [0, 0, 0]}, "viewpoint and target are the same point"),
+        ({"viewpoint": [0, 0]}, "`viewpoint` must be three finite numbers"),
+        ({"viewpoint": [0, 0, np.nan]}, "`viewpoint` must be three finite numbers"),
+        ({"viewpoint": [0, 0, 0]}, "`viewpoint` and `target` must differ"),
         ({"target": [0, 0, 9.0]}, "nothing of the trimesh Trimesh is in view"),
-        ({"noise": -1.0}, "noise should be a standard deviation"),
-        ({"noise": 0.1}, "noise needs an rng"),
-        ({"fov": 4.0}, "fov should be an angle between 0 and pi"),
-        ({"resolution": (0, 10)}, "resolution should be two positive numbers"),
+        ({"noise": -1.0}, "`noise` must be a standard deviation"),
+        ({"noise": 0.1}, "`noise` needs `rng`"),
+        ({"fov": 4.0}, "`fov` must be in \\(0, pi\\) rad"),
+        ({"resolution": (0, 10)}, "`resolution` must be two positive numbers"),
         (
             {"mesh": np.random.default_rng(0).random((50, 3))},
             "the array has points but no triangles",

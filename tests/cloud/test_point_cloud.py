@@ -133,12 +133,12 @@ def test_up_and_viewpoint():
 @pytest.mark.parametrize(
     ("keywords", "message"),
     [
-        ({"up": (0, 0, 0)}, "up should be a direction of positive length"),
-        ({"up": (0, 0)}, "up should be three finite numbers"),
-        ({"up": (0, 0, np.nan)}, "up should be three finite numbers"),
-        ({"up": "z"}, "up should be three numbers, got 'z'"),
-        ({"viewpoint": (1, 2)}, "viewpoint should be three finite numbers"),
-        ({"viewpoint": (1, 2, np.inf)}, "viewpoint should be three finite numbers"),
+        ({"up": (0, 0, 0)}, "`up` must be a direction of positive length"),
+        ({"up": (0, 0)}, "`up` must be three finite numbers"),
+        ({"up": (0, 0, np.nan)}, "`up` must be three finite numbers"),
+        ({"up": "z"}, "`up` must be three numbers, got 'z'"),
+        ({"viewpoint": (1, 2)}, "`viewpoint` must be three finite numbers"),
+        ({"viewpoint": (1, 2, np.inf)}, "`viewpoint` must be three finite numbers"),
     ],
 )
 def test_impossible_directions(keywords, message):
@@ -153,14 +153,14 @@ def test_impossible_directions(keywords, message):
         (np.ones((5, 3)), "all 5 points are equal"),
         (np.outer(np.linspace(0, 1, 50), [1, 2, 3]), "lie on a line"),
         (np.outer([0, 1], [1, 2, 3]), "lie on a line"),
-        (POINTS * 680, r"6\d\d.* m large, more than 50 m; are these millimetres"),
+        (POINTS * 680, r"6\d\d.* m large, more than 50 m; are its units millimetres"),
         (POINTS * 1e-4, "less than 1 mm"),
-        (POINTS.T, r"of shape \(N, 3\) but is of shape \(3, 200\)"),
+        (POINTS.T, r"of shape \(N, 3\), got \(3, 200\); transpose it by .T"),
         (np.zeros((0, 3)), "holds no points"),
-        (POINTS[:, :2], r"is of shape \(200, 2\)"),
+        (POINTS[:, :2], r"of shape \(N, 3\), got \(200, 2\)"),
         (POINTS.astype(complex), "real numbers, got dtype complex128"),
         ([["a", "b", "c"]], "real numbers, got dtype"),
-        ([[1, 2, 3], [1, 2]], "rows differ in length"),
+        ([[1, 2, 3], [1, 2]], "rows of different lengths"),
         (o3d.geometry.PointCloud(), "Open3D PointCloud holds no points"),
         (o3d.geometry.TriangleMesh(), "Open3D TriangleMesh holds no points"),
         (o3d.t.geometry.PointCloud(), "Open3D PointCloud holds no points"),
@@ -190,7 +190,7 @@ def bad_file(tmp_path, name):
             pass
         case "folder.ply":
             path.mkdir()
-        case "scan.xyz" | "scan":
+        case "scan.glb" | "scan":
             path.write_text("0 0 0\n")
         case "zero.ply" | "zero.npy" | "zero.stl":
             path.write_bytes(b"")
@@ -214,11 +214,13 @@ def bad_file(tmp_path, name):
             np.savez(path, points=np.array([{"a": 1}], dtype=object))
         case "none.ply":
             path.write_text(
-                "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
+                "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\n"
+                "property float z\nend_header\n"
             )
         case "none.pcd":
             path.write_text(
-                "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 0\nHEIGHT 1\n"
+                "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 0\n"
+                "HEIGHT 1\n"
                 "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 0\nDATA ascii\n"
             )
         case "nan.ply":
@@ -234,25 +236,25 @@ def bad_file(tmp_path, name):
         ("missing.ply", "no such file"),
         ("missing.pcd", "no such file"),
         ("folder.ply", "is not a file"),
-        ("scan.xyz", r"format '.xyz'; accepted formats are .ply .pcd .obj .stl .npz .npy"),
+        ("scan.glb", r"format '.glb'; accepted formats are .ply .pcd .obj .stl .npz .npy"),
         ("scan", "no file extension; accepted formats are"),
         ("zero.ply", "is empty"),
         ("zero.npy", "is empty"),
         ("zero.stl", "is empty"),
-        ("text.ply", "not a valid PLY file, or cut short"),
-        ("text.pcd", "not a valid PCD file, or cut short"),
-        ("text.obj", "not a valid OBJ file, or cut short"),
-        ("text.stl", "not a valid STL file, or cut short"),
+        ("text.ply", "not a valid PLY file: its first line is not 'ply'"),
+        ("text.pcd", "not a valid PCD file: header line"),
+        ("text.obj", "not a valid OBJ file: no line begins with 'v'"),
+        ("text.stl", "not a valid STL file: it begins with neither"),
         ("text.npy", "not a valid NPY file, or cut short|pickled"),
         ("text.npz", "not a valid NPZ file, or cut short|pickled"),
-        ("short.ply", "not a valid PLY file, or cut short"),
-        ("short.pcd", "not a valid PCD file, or cut short"),
+        ("short.ply", "cut short: 200 of element 'vertex' declared, 5\\d present"),
+        ("short.pcd", "cut short: 200 points declared, 1\\d\\d present"),
         ("short.npy", "not a valid NPY file, or cut short"),
         ("short.npz", "not a valid NPZ file, or cut short"),
-        ("shortmesh.ply", "not a valid PLY file, or cut short"),
-        ("shortascii.ply", "not a valid PLY file, or cut short"),
+        ("shortmesh.ply", "cut short: 320 of element 'face' declared"),
+        ("shortascii.ply", "cut short: 320 of element 'face' declared"),
         ("keys.npz", "no array named 'points'; it holds: xyz, colour"),
-        ("shape.npz", r"is of shape \(3, 200\)"),
+        ("shape.npz", r"must be of shape \(N, 3\), got \(3, 200\)"),
         ("pickle.npy", "pickled objects"),
         ("pickle.npz", "pickled objects"),
         ("none.ply", "holds no points"),

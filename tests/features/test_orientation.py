@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from drake_aerial.cloud.partial_views import partial_view
 from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.features import orientation
 from drake_aerial.features.surface_features import compute_features
@@ -130,3 +131,24 @@ def test_a_viewpoint_in_the_tangent_plane_turns_nothing():
     normals = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
     got = orientation.towards_viewpoint(np.zeros((2, 3)), normals, np.array([1.0, 0.0, 0.0]))
     np.testing.assert_array_equal(got, normals)
+
+
+@pytest.mark.parametrize("viewpoint", [[0, 0, 3.0], [2.0, -1.5, 1.0], [0, 0.1, -2.0]])
+@pytest.mark.parametrize("size", [(0.6, 0.4, 0.2), (0.5, 0.5, 0.06)])
+def test_a_viewpoint_does_not_flip_what_it_cannot_see(viewpoint, size):
+    box = trimesh.creation.box(size)
+    cloud = PointCloud.read(box, viewpoint=viewpoint)
+    f = compute_features(cloud)
+    assert np.mean(np.sum(f.normal * closest_normals(box, f.p), axis=1) > 0) > 0.98
+    assert [str(a.kind) for a in f.assumptions] == ["outside"]
+    assert "hidden from the viewpoint" in f.assumptions[0].text
+
+
+@pytest.mark.parametrize("viewpoint", [[1.2, -1.0, 0.9], [0.0, 0.1, 1.0], [3.0, 0.0, 0.2]])
+@pytest.mark.parametrize("name", ["bunny", "teapot", "hollow_triangle"])
+def test_in_a_single_view_next_to_nothing_is_hidden(name, viewpoint):
+    mesh = trimesh.load(models_dir() / "meshes" / f"{name}.obj", process=False)
+    noise = np.random.default_rng(0)
+    f = compute_features(partial_view(mesh, viewpoint, noise=0.002, rng=noise))
+    assert f.assumptions == ()
+    assert np.all(np.sum(f.normal * (viewpoint - f.p), axis=1) > -1e-9)

@@ -262,7 +262,7 @@ def test_stray_points_are_left_out_and_sparse_clouds_refused():
     f = features_of(np.concatenate([points, [[0, 0, 0.5]]]))
     assert f.p[:, 2].max() < 1e-9
     with pytest.raises(
-        InputError, match=r"too few points: none of 50 .* give a denser cloud or a larger rho"
+        InputError, match=r"too sparse: neighbouring points are .* cm apart.* scan more densely"
     ):
         features_of(np.random.default_rng(0).uniform(-1, 1, (50, 3)))
 

@@ -194,6 +194,30 @@ def damage(draw, data):
 
 
 @st.composite
+def depth_images(draw):
+    """A depth image (H, W) and a mapping of intrinsics, both of them now and then impossible."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    height, width = draw(st.sampled_from([(48, 64), (1, 1), (0, 5), (30, 40)]))
+    depth = rng.uniform(0.5, 2.0, (height, width)) * draw(st.sampled_from([1, 1000, 1e9, 0, -1]))
+    depth[rng.random(depth.shape) < draw(st.sampled_from([0.0, 0.3, 1.0]))] = draw(
+        st.sampled_from([0.0, np.nan, np.inf])
+    )
+    kind = draw(st.sampled_from(["f4", "f8", "u2", "u1", "i8", "c16", "O", "U5", "?"]))
+    with np.errstate(all="ignore"):
+        depth = (
+            np.nan_to_num(depth, posinf=0).astype(kind) if kind[0] in "ui" else depth.astype(kind)
+        )
+    camera = {"width": width, "height": height, "fx": 60, "fy": 60, "cx": width / 2 - 0.5}
+    camera |= {"cy": height / 2 - 0.5, "distortion": draw(st.sampled_from([[], [0.1, 0, 0, 0]]))}
+    for key in draw(st.lists(st.sampled_from([*camera, "depth_scale", "distortion_model"]))):
+        camera[key] = draw(st.one_of(VALUES, st.sampled_from([[1e9] * 5, [-5.0, 3, 1, 1], 1000])))
+    if draw(st.integers(0, 3)) == 0:
+        camera = {"k": draw(st.one_of(VALUES, st.just([60, 0, 31, 0, 60, 23, 0, 0, 1]))), **camera}
+        camera.pop("fx"), camera.pop("fy")
+    return depth, camera
+
+
+@st.composite
 def cloud_files(draw):
     """A suffix and the content of a file that claims to be a cloud or mesh."""
     special = draw(st.integers(0, 24))
@@ -216,7 +240,9 @@ def cloud_files(draw):
     p = draw(points())
     faces = [(i, i + 1, i + 2) for i in range(0, len(p) - 2, draw(st.integers(1, 3)))][:200]
     kind = draw(
-        st.sampled_from(["ply", "plyb", "pcd", "pcdb", "obj", "stl", "npy", "npz", "npyi", "mesh"])
+        st.sampled_from(
+            ["ply", "plyb", "pcd", "pcdb", "obj", "stl", "npy", "npz", "npyi", "mesh", "text"]
+        )
     )
     if kind in ("ply", "plyb", "mesh"):
         suffix, data = ".ply", ply(p, binary=kind == "plyb", faces=faces if kind == "mesh" else ())
@@ -226,6 +252,12 @@ def cloud_files(draw):
         suffix, data = ".obj", obj(p, faces)
     elif kind == "stl":
         suffix, data = ".stl", stl(p, faces)
+    elif kind == "text":
+        separator = draw(st.sampled_from([" ", ",", ";", "\t"]))
+        head = draw(st.sampled_from(["", "x,y,z\n", "# x\n", f"{len(p)}\n", "z;y;x\n", "10000\n"]))
+        rows = [separator.join(map(repr, map(float, row))) for row in p]
+        suffix = draw(st.sampled_from([".xyz", ".csv", ".txt", ".pts", ".asc"]))
+        data = (head + "\n".join(rows)).encode()
     elif kind == "npz":
         names = draw(
             st.sampled_from(

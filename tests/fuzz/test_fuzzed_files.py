@@ -19,6 +19,7 @@ from drake_aerial import (
     StudyPlan,
     TrialResult,
     compute_features,
+    read_depth_image,
     read_parameters,
     read_skill,
     transfer,
@@ -34,6 +35,7 @@ from tests.fuzz.hostile import (
     bomb,
     cloud_files,
     damage,
+    depth_images,
     documents,
     header_of,
     npz,
@@ -60,6 +62,19 @@ def check_cloud_file(drawn):
 
 test_cloud_files, test_cloud_files_many = fuzzed(
     check_cloud_file, cloud_files(), short=60, long=4000
+)
+
+
+def check_depth_image(drawn):
+    depth, camera = drawn
+    cloud = ends_well(read_depth_image, depth, camera)
+    if cloud is not None:
+        assert np.isfinite(cloud.points).all()
+        assert len(cloud) + cloud.dropped_points == depth.size
+
+
+test_depth_images, test_depth_images_many = fuzzed(
+    check_depth_image, depth_images(), short=60, long=4000
 )
 
 

@@ -1,0 +1,38 @@
+"""Assumptions that reading a cloud made: small values, printed and recorded with the results."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class AssumptionKind(StrEnum):
+    """The subject of an assumption."""
+
+    UNITS = "units"
+    AXES = "axes"
+    UP = "up"
+    OUTSIDE = "outside"
+    DROPPED = "dropped"
+    SPACING = "spacing"
+    PRECISION = "precision"
+    FACES = "faces"
+
+
+@dataclass(frozen=True)
+class Assumption:
+    """One statement on how a cloud was read.
+
+    Attributes
+    ----------
+    kind : AssumptionKind
+        Its subject.
+    text : str
+        One line: what was assumed, and what to do if that is wrong.
+    """
+
+    kind: AssumptionKind
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.kind}: {self.text}"

@@ -1,0 +1,24 @@
+"""Read the scan again that a result's record names."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from drake_aerial.cloud.point_cloud import PointCloud
+from drake_aerial.scene.depth_image import read_depth_image
+
+
+def read_recorded_scan(record: Mapping[str, Any], path: str | Path) -> PointCloud:
+    """Return the cloud in the file `path`, read with the record of `PointCloud.to_record`.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read.
+    """
+    up = record.get("up") or (0.0, 0.0, 1.0)
+    if record.get("camera") is not None:
+        return read_depth_image(path, record["camera"], up=up)
+    return PointCloud.read(path, viewpoint=record.get("viewpoint"), up=up)
