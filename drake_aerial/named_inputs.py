@@ -102,11 +102,7 @@ def read_scan(
             f"scan must be a file or one of the payloads {', '.join(names)}, "
             f"got {str(name_or_path)!r} (no such file)"
         )
-    import trimesh
-
-    from drake_aerial.geometry import transform
     from drake_aerial.plant.payload import Payload
 
-    payload = Payload.read(name_or_path)
-    mesh = trimesh.Trimesh(transform(payload.X_SP, payload.vertices), payload.faces, process=False)
+    mesh = Payload.read(name_or_path).to_trimesh()
     return PointCloud.read(mesh, viewpoint=viewpoint, up=up)

@@ -119,10 +119,7 @@ def aerial_scan() -> Callable[..., PointCloud]:
         noise: float = 0.0,
         seed: int = 0,
     ) -> PointCloud:
-        import trimesh
-
         from drake_aerial.cloud.partial_views import partial_view
-        from drake_aerial.geometry import transform
         from drake_aerial.named_inputs import read_scan
         from drake_aerial.plant.payload import Payload
 
@@ -130,8 +127,7 @@ def aerial_scan() -> Callable[..., PointCloud]:
         if viewpoint is None:
             cloud = read_scan(payload)
             return cloud.with_noise(noise, rng) if noise > 0.0 else cloud
-        body = Payload.read(payload)
-        mesh = trimesh.Trimesh(transform(body.X_SP, body.vertices), body.faces, process=False)
+        mesh = Payload.read(payload).to_trimesh()
         return partial_view(mesh, np.asarray(viewpoint, float), noise=noise, rng=rng)
 
     return scan

@@ -1,6 +1,8 @@
-"""Draws the pictures of docs/gallery.md with the package as it stands: `tools/run python tools/docs_pictures.py [DIR]`.
+"""Draw the pictures of docs/gallery.md.
 
-They are drawn again only when the package, its models or this file have changed.
+Usage: tools/run python tools/docs_pictures.py [DIR]
+
+They are drawn only if the package, its models or this file have changed.
 """
 
 import hashlib
@@ -16,7 +18,7 @@ STAMP = "drawn-from.txt"
 
 
 def draw(folder: Path) -> list[Path]:
-    """Draw all pictures into a folder, unless they are there and up to date; return their paths."""
+    """Draw all pictures into a folder, unless they are up to date; return their paths."""
     stamp, wanted = folder / STAMP, _fingerprint()
     if not stamp.is_file() or stamp.read_text() != wanted:
         folder.mkdir(parents=True, exist_ok=True)
@@ -36,7 +38,7 @@ def _fingerprint() -> str:
 
 def _sheet(path: Path, images: dict[str, np.ndarray], columns: int) -> None:
     """Write images with their titles side by side."""
-    from drake_aerial.visualization.plots import figure, save_figure
+    from drake_aerial.visualization.matplotlib_figure import figure, save_figure
 
     rows = -(-len(images) // columns)
     drawing, axes = figure(3.6 * columns, 3.2 * rows, rows, columns)
@@ -49,11 +51,11 @@ def _sheet(path: Path, images: dict[str, np.ndarray], columns: int) -> None:
 
 
 def features(path: Path) -> None:
-    """Surface features: a box from all sides, a bunny, and what one camera sees of the box."""
+    """Draw surface features of a box, of one camera's view of it, and of a bunny."""
     from drake_aerial import compute_features, read_scan
     from drake_aerial.demo import scan_of
     from drake_aerial.plant.payload import Payload
-    from drake_aerial.visualization.pictures import features_picture
+    from drake_aerial.visualization.method_meshes import features_mesh
     from drake_aerial.visualization.rendering import render
 
     clouds = {
@@ -62,24 +64,24 @@ def features(path: Path) -> None:
         "a bunny": read_scan("bunny"),
     }
     images = {
-        title: render(features_picture(compute_features(cloud)), size=PANEL)
+        title: render(features_mesh(compute_features(cloud)), size=PANEL)
         for title, cloud in clouds.items()
     }
     _sheet(path, images, 3)
 
 
 def skills(path: Path) -> None:
-    """What is learnt from four of the shipped demonstrations."""
+    """Draw the skills of four shipped demonstrations."""
     from drake_aerial import read_skill
-    from drake_aerial.visualization.pictures import skill_picture
+    from drake_aerial.visualization.method_meshes import skill_mesh
     from drake_aerial.visualization.rendering import render
 
     names = ("flat", "edge", "curved", "formation")
-    _sheet(path, {name: render(skill_picture(read_skill(name)), size=PANEL) for name in names}, 4)
+    _sheet(path, {name: render(skill_mesh(read_skill(name)), size=PANEL) for name in names}, 4)
 
 
 def contacts(path: Path) -> None:
-    """The best contacts of the task model and of the baseline on one camera's view of another box."""
+    """Draw the best contacts of two methods on one camera's view of another box."""
     from drake_aerial import read_skill, transfer
     from drake_aerial.demo import scan_of
     from drake_aerial.plant.payload import Payload
@@ -91,53 +93,51 @@ def contacts(path: Path) -> None:
 
 
 def likelihood(path: Path) -> None:
-    """Where on a new scan the surface alone, the votes alone, and both together want the gripper."""
+    """Draw the query density, the density of the votes, and both together on a new scan."""
     from drake_aerial import read_scan, read_skill, transfer
-    from drake_aerial.visualization.pictures import contacts_picture, heat
+    from drake_aerial.visualization.colors import heat
+    from drake_aerial.visualization.method_meshes import contacts_mesh
     from drake_aerial.visualization.rendering import render
 
     found = transfer(read_skill("curved"), read_scan("bunny"))
     query = found.query
     points = query.scan.features_S.p
     fields = {
-        "looks like the demonstrated contact": query.log_query(0),
-        "lies where the demonstrated contact lay": query.log_votes(),
+        "local shape as demonstrated": query.log_query(0),
+        "place on the object as demonstrated": query.log_votes(),
         "both, and the contacts found": query.log_surface(),
     }
     images = {}
     for index, (title, log) in enumerate(fields.items()):
         shown = found.solutions if index == 2 else ()
-        picture = contacts_picture(points, shown, colors=heat(np.exp(log - log.max())))
-        images[title] = render(picture, size=PANEL, azimuth=-1.2)
+        mesh = contacts_mesh(points, shown, colors=heat(np.exp(log - log.max())))
+        images[title] = render(mesh, size=PANEL, azimuth=-1.2)
     _sheet(path, images, 3)
 
 
 def formation(path: Path) -> None:
-    """Three grippers, shown on a triangle: on the same triangle 1.4 times as large, and on a box."""
-    import trimesh
-
+    """Draw three grippers of a triangle on a larger triangle and on a box."""
     from drake_aerial import Payload, PointCloud, read_scan, read_skill, transfer
-    from drake_aerial.visualization.pictures import contacts_picture, skill_picture
+    from drake_aerial.visualization.method_meshes import contacts_mesh, skill_mesh
     from drake_aerial.visualization.rendering import render
 
     skill = read_skill("formation")
-    triangle = Payload.read("hollow_triangle")
-    large = PointCloud.read(trimesh.Trimesh(1.4 * triangle.vertices, triangle.faces, process=False))
-    images = {"shown once": render(skill_picture(skill), size=PANEL)}
+    large = PointCloud.read(Payload.read("hollow_triangle").to_trimesh().apply_scale(1.4))
+    images = {"demonstration": render(skill_mesh(skill), size=PANEL)}
     for title, cloud in {"1.4 times as large": large, "a box": read_scan("box_68x68x28")}.items():
         found = transfer(skill, cloud, top=1)
         images[title] = render(
-            contacts_picture(found.query.scan.features_S.p, found.solutions), size=PANEL
+            contacts_mesh(found.query.scan.features_S.p, found.solutions), size=PANEL
         )
     _sheet(path, images, 3)
 
 
 def flights(path: Path) -> None:
-    """The same payload flown by its middle and by a contact 10 cm beside it."""
+    """Draw flights of one payload with a contact in the middle and 10 cm beside it."""
     from drake_aerial.plant.payload import Payload
     from drake_aerial.simulation.flight import Flight
     from drake_aerial.simulation.suspended_payload import SuspendedPayload
-    from drake_aerial.visualization.plots import plot_flights
+    from drake_aerial.visualization.flight_plots import plot_flights
 
     payload = Payload.read("box_68x61x28")
     shown = {}

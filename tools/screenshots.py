@@ -1,8 +1,11 @@
-"""Photographs each kind of page in Chromium for docs/gallery.md: `tools/run python tools/screenshots.py [DIR] [--study STUDY]`.
+"""Take screenshots of each kind of page for docs/gallery.md.
 
-A desk's screen and a phone's, side by side in one PNG for each page, into docs/images/pages unless a folder is named; the page of a
-study if the folder of one is named. The pictures are kept with the sources, since not every machine that builds the documents has a
-browser. Needs the package's `dev` extra (Playwright) and a Chromium.
+Usage: tools/run python tools/screenshots.py [DIR] [--study STUDY]
+
+Each PNG has a wide and a narrow screen side by side. The default folder is docs/images/pages. With
+the folder of a study, the page of its report is included. The PNGs are kept with the sources,
+because not every machine that builds the docs has a browser. Needs the package's `dev` extra
+(Playwright) and Chromium.
 """
 
 import argparse
@@ -33,8 +36,8 @@ def make_pages(folder: Path) -> dict[str, Path]:
     """Write one page of each kind; return them by the name of their picture."""
     from drake_aerial import prepare_flight, read_scan, read_skill, transfer
     from drake_aerial.demo import run_demo
+    from drake_aerial.visualization.file_view import cloud_view, skill_view, write_contacts_page
     from drake_aerial.visualization.replay import write_replay
-    from drake_aerial.visualization.views import cloud_view, skill_view, write_contacts_page
 
     pages = {name: folder / f"{name}.html" for name in ("cloud", "skill", "contacts", "trial")}
     np.save(folder / "bunny.npy", read_scan("bunny").points)
@@ -57,8 +60,8 @@ def demonstrate(folder: Path) -> AbstractContextManager:
     import trimesh
 
     from drake_aerial import PointCloud
-    from drake_aerial.annotation.draft import DemonstrationDraft
-    from drake_aerial.annotation.server import DemonstrationServer
+    from drake_aerial.annotation.demonstration_draft import DemonstrationDraft
+    from drake_aerial.annotation.demonstration_server import DemonstrationServer
 
     table = trimesh.creation.box((0.6, 0.4, 0.3))
     points = trimesh.sample.sample_surface(table, 20000, seed=0)[0]
@@ -73,8 +76,8 @@ def click_contacts(page) -> None:
         page.wait_for_function("n => document.querySelectorAll('#list li').length === n", arg=count)
 
 
-def photograph(pages: dict[str, Path], folder: Path, work: Path) -> None:
-    """Write one PNG a page, the screens side by side."""
+def take_screenshots(pages: dict[str, Path], folder: Path, work: Path) -> None:
+    """Write one PNG per page, with both screens."""
     from playwright.sync_api import sync_playwright
 
     installed = next(
@@ -98,7 +101,7 @@ def photograph(pages: dict[str, Path], folder: Path, work: Path) -> None:
                 page = browser.new_page(viewport={"width": width, "height": height})
                 page.goto(path.resolve().as_uri())
                 if name == "trial":
-                    # Late on the circle, and at rest, so that the picture is the same each time.
+                    # A fixed time late on the circle, so that the PNG is reproducible.
                     page.evaluate("viewer.animator.pause(), replay.seek(11)")
                 page.wait_for_timeout(2500)
                 shots.append(page.screenshot())
@@ -120,14 +123,14 @@ def _write_sheet(path: Path, shots: list[bytes]) -> None:
     for image in images:
         sheet.paste(image, (left, GAP))
         left += image.width + GAP
-    # Few colours are many pixels; the rare ones are what the legends are about.
+    # MAXCOVERAGE keeps rare colours, which the legends refer to.
     sheet.quantize(200, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(
         path, optimize=True
     )
     size = path.stat().st_size
     print(f"{path}: {size / 1000:.0f} kB", file=sys.stderr)
     if size > LARGEST:
-        raise SystemExit(f"{path} has {size} bytes; at most {LARGEST} are kept with the sources")
+        raise SystemExit(f"{path} must have at most {LARGEST} bytes, got {size}")
 
 
 if __name__ == "__main__":
@@ -136,11 +139,11 @@ if __name__ == "__main__":
         "folder", nargs="?", type=Path, default=ROOT / "docs" / "images" / "pages", metavar="DIR"
     )
     parser.add_argument(
-        "--study", type=Path, help="the folder of a study, whose report.html is photographed too"
+        "--study", type=Path, help="folder of a study, whose report.html is included"
     )
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as work:
         pages = make_pages(Path(work))
         if arguments.study is not None:
             pages["study"] = arguments.study / "report.html"
-        photograph(pages, arguments.folder, Path(work))
+        take_screenshots(pages, arguments.folder, Path(work))

@@ -1,1 +1,1 @@
-"""Making a demonstration: contacts given as numbers or clicked on the cloud in a browser."""
+"""Making a demonstration: contacts by position or by clicks in a browser. It learns nothing."""

@@ -46,8 +46,8 @@ def add_command(commands: argparse._SubParsersAction) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Take the contacts and write the demonstration."""
-    from drake_aerial.annotation.draft import DemonstrationDraft
-    from drake_aerial.annotation.server import demonstrate
+    from drake_aerial.annotation.demonstration_draft import DemonstrationDraft
+    from drake_aerial.annotation.demonstration_server import demonstrate
 
     cloud = scan_of(arguments)
     cloud.require_up()

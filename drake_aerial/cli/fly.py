@@ -125,7 +125,7 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.graphviz:
             write_diagram_picture(arguments.graphviz, flight.station)
         if live:
-            from drake_aerial.visualization.live import live_flight
+            from drake_aerial.visualization.live_view import live_flight
 
             with live_flight(
                 flight,

@@ -74,8 +74,8 @@ def add_command(commands: argparse._SubParsersAction) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run the study and write its report. Fail if a flight raised an error."""
     from drake_aerial import StudyPlan, run_study
+    from drake_aerial.study.executors import default_workers
     from drake_aerial.study.report.study_report import write_report
-    from drake_aerial.study.workers import default_workers
 
     plan = StudyPlan.read(arguments.plan).chosen(
         conditions=arguments.conditions,

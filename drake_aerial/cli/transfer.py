@@ -71,7 +71,7 @@ def run(arguments: argparse.Namespace) -> int:
     from drake_aerial import read_parameters, transfer
     from drake_aerial.contacts.parameters import TransferParameters
     from drake_aerial.named_inputs import read_skill
-    from drake_aerial.simulation.lift_check import default_lift
+    from drake_aerial.plant.team_lift import default_lift
 
     skill = read_skill(arguments.skill)
     parameters = TransferParameters()
@@ -99,7 +99,7 @@ def run(arguments: argparse.Namespace) -> int:
     say_assumptions({"assumptions": found})
     solutions.write(arguments.out)
     if arguments.html:
-        from drake_aerial.visualization.views import write_contacts_page
+        from drake_aerial.visualization.file_view import write_contacts_page
 
         write_contacts_page(arguments.html, solutions, cloud)
     print_result(arguments.json, solutions.to_dict(), f"{_table(solutions)}\n-> {arguments.out}")
@@ -111,7 +111,7 @@ def _table(solutions: ContactSolutions) -> str:
     lines = []
     for solution in solutions.solutions:
         where = "; ".join(" ".join(f"{x:+.3f}" for x in p) for p in solution.X_SG.p)
-        state = "feasible" if solution.feasible else ", ".join(solution.reasons)
+        state = "feasible" if solution.feasible else ", ".join(map(str, solution.reasons))
         lines.append(
             f"{solution.rank:2d}  log J {solution.log_likelihood:8.2f}  at {where} m  {state}"
         )

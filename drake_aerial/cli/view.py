@@ -35,7 +35,7 @@ def add_command(commands: argparse._SubParsersAction) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Write the page and print its path, or serve it."""
     from drake_aerial.named_inputs import read_skill
-    from drake_aerial.visualization.views import write_view
+    from drake_aerial.visualization.file_view import write_view
 
     skill = None if arguments.skill is None else read_skill(arguments.skill)
     if not live_is_wanted(arguments):
@@ -45,7 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
         return 0
     if arguments.out is not None:
         raise InputError("--out and --live exclude each other: --live writes no page")
-    from drake_aerial.visualization.live import live_view
+    from drake_aerial.visualization.live_view import live_view
 
     view = live_view(
         arguments.file, skill=skill, port=arguments.port, open_browser=not arguments.no_browser

@@ -1,4 +1,4 @@
-"""The canonical scan: what every transfer computes on a new cloud before it asks for contacts."""
+"""The canonical scan: frame, features, hull and surface of a new cloud, for every method."""
 
 from __future__ import annotations
 

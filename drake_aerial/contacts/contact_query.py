@@ -13,7 +13,7 @@ from drake_aerial.geometry import Array, Pose, invert, quat_about_axis, rotate, 
 
 @dataclass(frozen=True, eq=False)
 class ContactQuery:
-    """One skill asked of one scan by one method: the scan, and the likelihood of contacts on it.
+    """The scan of one transfer, and the likelihood of contacts on it.
 
     Attributes
     ----------

@@ -24,9 +24,9 @@ from drake_aerial.skill.contact_skill import ContactSkill
 
 
 def random_streams(seed: int) -> list[np.random.Generator]:
-    """Return a transfer's three generators: of its densities, its starts and its annealing.
+    """Return three random generators: for densities, initial configurations and annealing.
 
-    Whatever one of them draws leaves the others as they are.
+    Draws from one of them do not change the others.
     """
     return np.random.default_rng(seed).spawn(3)
 

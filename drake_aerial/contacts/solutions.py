@@ -11,6 +11,7 @@ import numpy as np
 
 from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.contacts.contact_query import ContactQuery
+from drake_aerial.contacts.feasibility.reasons import Reason
 from drake_aerial.contacts.parameters import TransferParameters
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, Pose
@@ -34,9 +35,9 @@ class Solution:
     log_likelihood : float
         log J; comparable within one transfer only.
     feasible : bool
-        Whether the solution passes all feasibility checks.
-    reasons : tuple of str
-        The checks that it fails, in words.
+        True if the solution passes all feasibility checks.
+    reasons : tuple of Reason
+        The checks that it fails; `str(reason)` is the text of a reason.
     X_SG : Pose
         Grippers, batch (n,): positions [m], rotations with z along the gripper's axis.
     normal : (n, 3) array
@@ -48,7 +49,7 @@ class Solution:
     rank: int
     log_likelihood: float
     feasible: bool
-    reasons: tuple[str, ...]
+    reasons: tuple[Reason, ...]
     X_SG: Pose
     normal: Array
     X_SQ: Pose
@@ -67,7 +68,7 @@ class Solution:
             "rank": self.rank,
             "log_likelihood": self.log_likelihood,
             "feasible": self.feasible,
-            "reasons": list(self.reasons),
+            "reasons": [str(reason) for reason in self.reasons],
             "grippers": grippers,
             "quadrotors": quadrotors,
         }
@@ -82,7 +83,7 @@ class Solution:
             rank=int(values["rank"]),
             log_likelihood=float(values["log_likelihood"]),
             feasible=bool(values["feasible"]),
-            reasons=tuple(values["reasons"]),
+            reasons=tuple(Reason.from_text(text) for text in values["reasons"]),
             X_SG=_poses(grippers),
             normal=_rows(grippers, "normal", 3),
             X_SQ=_poses(quadrotors),

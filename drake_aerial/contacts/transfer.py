@@ -14,7 +14,7 @@ from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.contacts.canonical_scan import CanonicalScan
 from drake_aerial.contacts.centroid import centroid_contacts
 from drake_aerial.contacts.contact_query import ContactQuery
-from drake_aerial.contacts.feasibility.reasons import reasons_against
+from drake_aerial.contacts.feasibility.checks import reasons_against
 from drake_aerial.contacts.parameters import TransferParameters
 from drake_aerial.contacts.prepare_query import prepare_query, random_streams
 from drake_aerial.contacts.search.annealing import anneal

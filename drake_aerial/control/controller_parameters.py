@@ -67,7 +67,7 @@ class MpcParameters:
     step: Positive = 0.05
     """Shortest step of the horizon [s]."""
     ticks_per_plan: Count = 2
-    """Re-plan at every so many control steps; in between the first input is held."""
+    """Control steps per plan; in between the first input of the plan is held."""
     weights: MpcWeights = field(default_factory=MpcWeights)
     """Weights of the cost."""
     integral_gain: NonNegative = 0.0

@@ -41,6 +41,8 @@ class MotorLead(LeafSystem):
         Step of the model, equal to the plant's [s].
     response : float
         Time constant T of the response [s].
+    initial : (4 n,) array, optional
+        Modelled speeds in a new context [rpm]; by default the lowest.
 
     Raises
     ------
@@ -54,6 +56,7 @@ class MotorLead(LeafSystem):
         time_constant: float,
         period: float,
         response: float = RESPONSE,
+        initial: ArrayLike | None = None,
     ):
         super().__init__()
         for name, value in (
@@ -69,7 +72,7 @@ class MotorLead(LeafSystem):
         self._follow = -np.expm1(-period / time_constant)
         self._lead = max(-np.expm1(-period / response) / self._follow, 1.0)
         self._wanted = self.DeclareVectorInputPort("wanted", len(self._low))
-        self.DeclareDiscreteState(self._low)
+        self.DeclareDiscreteState(self._low if initial is None else np.asarray(initial, float))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
         self.DeclareVectorOutputPort("propeller_commands", len(self._low), self._calc)
 

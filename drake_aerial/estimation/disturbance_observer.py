@@ -98,9 +98,9 @@ class DisturbanceObserver:
 
     Examples
     --------
-    >>> from drake_aerial import DisturbanceObserver, FlightOptions
-    >>> options = FlightOptions(controller_options={"observer": DisturbanceObserver(time=0.3)})
-    >>> options.controller_options["observer"].lever
+    >>> from drake_aerial import DisturbanceObserver, FlightOptions, MpcParameters
+    >>> options = FlightOptions(controller=MpcParameters(observer=DisturbanceObserver(time=0.3)))
+    >>> options.controller_parameters.observer.lever
     0.12
     """
 

@@ -133,7 +133,7 @@ class FilterState(NamedTuple):
 
 @record(frozen=True)
 class PositionFilter:
-    """A Kalman filter of a measured position whose rate is measured too.
+    """Kalman filter of a measured position whose velocity is measured too.
 
     The velocity is integrated and corrected by the noisy position, so that the estimate is smooth
     and does not lag. All three axes share one variance.

@@ -215,9 +215,11 @@ def _constructor_error(cls: Any, error: ValidationError) -> Exception:
     first = error.errors(include_url=False)[0]
     kind, where = first["type"], first["loc"]
     if kind.startswith("unexpected") or (kind == "missing" and len(where) == 1):
-        verb = "needs the" if kind == "missing" else "has no"
+        problem = "misses the" if kind == "missing" else "got an unexpected keyword"
+        if isinstance(where[0], int):
+            problem = "got an unexpected positional"
         near = nearest(where[0], cls.__pydantic_fields__)
-        return TypeError(f"{cls.__name__}() {verb} argument {where[0]!r}{near}")
+        return TypeError(f"{cls.__name__}() {problem} argument {where[0]!r}{near}")
     return InputError(_sentence(cls, error))
 
 

@@ -1,1 +1,1 @@
-"""Payload, quadrotor, cable, gripper, wind and ground as parts of a MultibodyPlant. No controller."""
+"""Parts of a MultibodyPlant: payload, quadrotor, cable, gripper, wind, ground. No controller."""

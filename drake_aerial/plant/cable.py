@@ -1,4 +1,4 @@
-"""The cable: never longer than its length, it pulls and never pushes. Two kinds behind one `Cable`."""
+"""Cable between a quadrotor and a gripper, of two kinds; it pulls and never pushes."""
 
 from __future__ import annotations
 
@@ -22,11 +22,18 @@ from pydrake.systems.framework import Context
 
 from drake_aerial.choices import CableKind
 from drake_aerial.errors import InputError
-from drake_aerial.geometry import Array
 from drake_aerial.io.records import NonNegative, Number, record
 from drake_aerial.plant.gripper import Gripper
+from drake_aerial.plant.part_checks import (
+    check_plant,
+    check_type,
+    parameters_or_default,
+    refuse_world_body,
+)
 from drake_aerial.plant.quadrotor import Quadrotor
-from drake_aerial.plant.world import refuse_world_body
+
+_DEFAULT_SLACK = 0.1
+"""Slack of a cable by default, as a fraction of its length."""
 
 
 @record(frozen=True)
@@ -48,23 +55,23 @@ class CableParameters:
 
 @dataclass(frozen=True, eq=False)
 class Cable:
-    """What `add_cable` added.
+    """A cable in a plant, made by `add_cable`.
 
     Attributes
     ----------
     parameters : CableParameters
     quadrotor : Quadrotor
-        Where it starts: Q's origin.
+        The cable starts at Q's origin.
     gripper : Gripper
-        Where it ends.
+        The cable ends at the gripper's contact.
     model_instance : ModelInstanceIndex or None
-        Of the telescope's link; None for the elastic kind, which has no body.
+        Model instance of the telescope's link; None for an elastic cable, which has no body.
     swing : UniversalJoint or None
-        Between quadrotor and link.
+        Joint between quadrotor and link.
     slide : PrismaticJoint or None
-        Between link and gripper; its position is the distance from quadrotor to gripper [m].
+        Joint between link and gripper; its position is the distance from quadrotor to gripper [m].
     grip : MultibodyConstraintId or None
-        The ball constraint between gripper and payload.
+        Ball constraint between gripper and payload.
     """
 
     parameters: CableParameters
@@ -75,16 +82,42 @@ class Cable:
     slide: PrismaticJoint | None = None
     grip: MultibodyConstraintId | None = None
 
-    def place(self, plant: MultibodyPlant, context: Context) -> None:
-        """Set the cable's own joints so that it runs from the quadrotor to the contact, as both are and move in `context`.
+    def set_default_pose(self, plant: MultibodyPlant, slack: float) -> None:
+        """Let the quadrotor start level and straight above its contact, in new contexts.
 
-        Call it after the poses and velocities of quadrotor and payload have been set, so that the simulation starts without a
-        transient.
+        The contact is where the payload's own default pose has it. Call it again after that pose
+        has been changed (`plant.SetDefaultFloatingBaseBodyPose`).
+
+        Parameters
+        ----------
+        plant : MultibodyPlant
+        slack : float
+            Cable length less the distance from quadrotor to contact [m].
+        """
+        X_WL = plant.GetDefaultFloatingBaseBodyPose(self.gripper.payload.body)
+        distance = self.parameters.length - slack
+        p_WQ = X_WL @ self.gripper.p_LC + [0.0, 0.0, distance]
+        plant.SetDefaultFloatingBaseBodyPose(self.quadrotor.body, RigidTransform(p_WQ))
+        if self.slide is not None:
+            self.slide.set_default_translation(distance)
+
+    def place(self, plant: MultibodyPlant, context: Context) -> None:
+        """Set the cable's joints so that it runs from the quadrotor to the contact.
+
+        Call it after the poses and velocities of quadrotor and payload have been set in `context`;
+        the simulation then starts without a transient.
+
+        Parameters
+        ----------
+        plant : MultibodyPlant
+        context : Context
+            Context of the plant.
 
         Raises
         ------
         InputError
-            If the two are further apart than the cable is long (an elastic one may be stretched by 2 %).
+            If quadrotor and contact are further apart than the cable is long (an elastic cable may
+            be stretched by 2 %).
         """
         X_WQ = plant.EvalBodyPoseInWorld(context, self.quadrotor.body)
         X_WL = plant.EvalBodyPoseInWorld(context, self.gripper.payload.body)
@@ -93,7 +126,8 @@ class Cable:
         longest = length * (1.02 if self.parameters.kind == "elastic" else 1.0 + 1e-6)
         if not 1e-6 < distance <= longest:
             raise InputError(
-                f"the quadrotor is {distance:.4g} m from its contact; more than 0 and at most the cable's {length:g} m accepted"
+                "the distance from the quadrotor to its contact must be in "
+                f"(0, {length:g}] m, the cable's length, got {distance:.4g} m"
             )
         if self.swing is None or self.slide is None:
             return
@@ -105,7 +139,8 @@ class Cable:
         v_QC_Q = R_QW @ (V_WC.translational() - V_WQ.translational()) - np.cross(
             R_QW @ V_WQ.rotational(), p_QC_Q
         )
-        # The link's -z points to the gripper: R_x(a) R_y(b) (0, 0, -1) = (-sin b, sin a cos b, -cos a cos b).
+        # The link's -z points to the gripper:
+        # R_x(a) R_y(b) (0, 0, -1) = (-sin b, sin a cos b, -cos a cos b).
         x, y, z = direction = p_QC_Q / distance
         rate = float(direction @ v_QC_Q)
         dx, dy, dz = (v_QC_Q - rate * direction) / distance
@@ -123,14 +158,29 @@ def add_cable(
     parameters: CableParameters | None = None,
     name: str = "cable",
 ) -> Cable:
-    """Join a quadrotor and a gripper by a cable, and the gripper to its payload, before the plant is finalized.
+    """Join a quadrotor and a gripper by a cable, and the gripper to its payload.
 
-    `connect_cables` then gives the tensions, and makes elastic cables pull.
+    After the plant is finalized, `connect_cables` adds the system that computes the tensions and
+    applies the forces of elastic cables. The quadrotor's default pose becomes level and straight
+    above the contact, with the cable slack by a tenth of its length (`Cable.set_default_pose`).
+
+    Parameters
+    ----------
+    plant : MultibodyPlant
+        Not finalized.
+    quadrotor : Quadrotor
+        The quadrotor, as `add_quadrotor` returns it.
+    gripper : Gripper
+        The gripper, as `add_gripper` returns it.
+    parameters : CableParameters, optional
+    name : str
+        Name of the model instance, the link and the joints.
 
     Raises
     ------
-    ValueError
-        If one of the bodies is the world: Drake's SAP solver crashes on such a constraint.
+    InputError
+        If an argument has the wrong type, if the plant is finalized, or if one of the bodies is the
+        world body, for which Drake's SAP solver crashes.
 
     Examples
     --------
@@ -144,15 +194,33 @@ def add_cable(
     >>> cable.parameters.kind, cable.parameters.length
     ('inextensible', 0.5)
     """
-    parameters = CableParameters() if parameters is None else parameters
+    check_plant(plant, finalized=False)
+    check_type("quadrotor", quadrotor, Quadrotor, "as add_quadrotor returns it")
+    check_type("gripper", gripper, Gripper, "as add_gripper returns it")
+    parameters = parameters_or_default(parameters, CableParameters)
     payload = gripper.payload.body
     refuse_world_body(plant, quadrotor.body, gripper.body, payload)
     if parameters.kind == "elastic":
         plant.WeldFrames(payload.body_frame(), gripper.body.body_frame(), gripper.X_LG)
-        return Cable(parameters, quadrotor, gripper)
+        cable = Cable(parameters, quadrotor, gripper)
+    else:
+        cable = _add_telescope(plant, quadrotor, gripper, parameters, name)
+    cable.set_default_pose(plant, _DEFAULT_SLACK * parameters.length)
+    return cable
+
+
+def _add_telescope(
+    plant: MultibodyPlant,
+    quadrotor: Quadrotor,
+    gripper: Gripper,
+    parameters: CableParameters,
+    name: str,
+) -> Cable:
+    """Add a link between two joints whose slide ends at the cable's length, and the grip."""
     instance = plant.AddModelInstance(name)
     length, mass = parameters.length, parameters.link_mass
-    # The mass sits near the quadrotor, where it disturbs the swing least; the inertia is that of a rod, to keep it well conditioned.
+    # The mass is near the quadrotor, where it disturbs the swing least. The inertia is that of a
+    # rod, to keep it well conditioned.
     unit = UnitInertia.SolidCylinder(0.02, 0.3 * length, [0.0, 0.0, 1.0])
     link = plant.AddRigidBody(name, instance, SpatialInertia(mass, np.zeros(3), unit))
     if plant.geometry_source_is_registered():
@@ -177,64 +245,6 @@ def add_cable(
             0.0,
         )
     )
+    payload = gripper.payload.body
     grip = plant.AddBallConstraint(gripper.body, np.zeros(3), payload, gripper.p_LC)
     return Cable(parameters, quadrotor, gripper, instance, swing, slide, grip)
-
-
-def tension_matrix(
-    quadrotor_masses: Array, mass: float, inertia: Array, p_LoC: Array, xi: Array
-) -> Array:
-    """Return the matrix (n, n) that takes tensions [N] to the rates at which they shorten the cables [m/s^2].
-
-    d_ij/m_i + xi_i.xi_j/M + (a_i x xi_i).J^-1 (a_j x xi_j), with everything in the payload's frame.
-
-    Parameters
-    ----------
-    quadrotor_masses : (n,) array [kg]
-    mass, inertia : float, (3, 3) array
-        The payload's, grippers included, about its centre of mass.
-    p_LoC : (n, 3) array
-        Contacts from the centre of mass [m].
-    xi : (n, 3) array
-        Cable directions, from quadrotor to contact.
-    """
-    arms = np.cross(p_LoC, xi)
-    return (
-        np.diag(1.0 / quadrotor_masses) + xi @ xi.T / mass + arms @ np.linalg.solve(inertia, arms.T)
-    )
-
-
-def check_elastic_step(parameters: CableParameters, time_step: float, largest: float) -> float:
-    """Return how far the explicit step of an elastic cable is from instability: below 4 it is stable, below 2 is accepted.
-
-    The step is stable for dt^2 k lambda + 2 dt c lambda < 4.
-
-    Parameters
-    ----------
-    parameters : CableParameters
-    time_step : float
-        dt [s]
-    largest : float
-        lambda, the largest eigenvalue of `tension_matrix` [1/kg].
-
-    Raises
-    ------
-    InputError
-        At 2 or more; the message gives admissible values of damping, stiffness and step.
-    """
-    k, c, dt, limit = parameters.stiffness, parameters.damping, time_step, 2.0
-    number = (dt**2 * k + 2.0 * dt * c) * largest
-    if number < limit:
-        return number
-    budget = limit / largest
-    c_max, k_max = (budget - dt**2 * k) / (2.0 * dt), (budget - 2.0 * dt * c) / dt**2
-    dt_max = (-c + np.sqrt(c**2 + k * budget)) / k
-    options = [f"a step below {1e3 * dt_max:.3g} ms"]
-    if c_max > 0.0:
-        options.append(f"a damping below {c_max:.3g} N s/m")
-    if k_max > 0.0:
-        options.append(f"a stiffness below {k_max:.3g} N/m")
-    raise InputError(
-        f"an elastic cable of stiffness {k:g} N/m and damping {c:g} N s/m is unstable at a step of {1e3 * dt:g} ms on this "
-        f"payload (stability number {number:.2f}; below {limit:g} accepted): use {', or '.join(options)}"
-    )

@@ -1,4 +1,4 @@
-"""Where a cable's two ends are and how they move, from the bodies' states."""
+"""Geometry of cables: directions and rates from the states of payload and quadrotors."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from drake_aerial.geometry import Array
 
 
 class ContactOffsets(NamedTuple):
-    """Of n contacts.
+    """Offsets of n contacts from their quadrotors.
 
     Attributes
     ----------
     p_QC_W, v_QC_W : (n, 3) arrays
-        Vector from each quadrotor to its contact [m], and its rate [m/s], in the world frame.
+        Vectors from quadrotor to contact [m] and their rates [m/s], in the world frame.
     R_WL : (3, 3) array
-        The payload's rotation.
+        Rotation of the payload.
     """
 
     p_QC_W: Array
@@ -28,12 +28,12 @@ class ContactOffsets(NamedTuple):
 
 
 def rotation(q: Array) -> Array:
-    """Return the rotation matrix (3, 3) of one unit quaternion (w, x, y, z); scalar arithmetic, for the plant's rate."""
+    """Return the rotation matrix (3, 3) of one unit quaternion (w, x, y, z)."""
     return np.array(_matrix(float(q[0]), float(q[1]), float(q[2]), float(q[3]))).reshape(3, 3)
 
 
 def contact_offsets(payload_state: Array, quadrotor_states: Array, p_LC: Array) -> ContactOffsets:
-    """Return where n contacts are, seen from their quadrotors.
+    """Return the offsets of n contacts from their quadrotors.
 
     Parameters
     ----------
@@ -53,14 +53,16 @@ def cable_directions(
     quadrotor_states: Sequence[float],
     p_LC: Sequence[Sequence[float]],
 ) -> list[float]:
-    """Return per cable (6 n) the unit vector from quadrotor to contact and its rate [1/s], in the world frame.
+    """Return the directions of n cables, 6 n floats.
+
+    For each cable: the unit vector from quadrotor to contact and its rate [1/s], in the world.
 
     Parameters
     ----------
     payload_state : 13 floats
     quadrotor_states : 13 n floats
     p_LC : n contacts of 3 floats
-        As of `contact_offsets`.
+        The arguments of `contact_offsets`, as lists.
     """
     directions: list[float] = []
     for dx, dy, dz, ex, ey, ez in _offsets(payload_state, quadrotor_states, p_LC):
@@ -83,8 +85,8 @@ def _offsets(
     quadrotor_states: Sequence[float],
     p_LC: Sequence[Sequence[float]],
 ) -> list[tuple[float, float, float, float, float, float]]:
-    """Return per contact the vector from its quadrotor [m] and its rate [m/s], in the world frame."""
-    # Plain floats, written out: for one to six cables they are several times faster than arrays of three.
+    """Return for each contact the vector from its quadrotor [m] and its rate [m/s]."""
+    # Plain floats are several times faster than arrays for one to six cables.
     w, x, y, z, px, py, pz, wx, wy, wz, vx, vy, vz = payload_state
     xx, xy, xz, yx, yy, yz, zx, zy, zz = _matrix(w, x, y, z)
     offsets = []
@@ -92,7 +94,7 @@ def _offsets(
         i = 13 * k + 4
         qx, qy, qz = quadrotor_states[i : i + 3]
         ux, uy, uz = quadrotor_states[i + 6 : i + 9]
-        # The arm from L's origin to the contact.
+        # From L's origin to the contact.
         rx, ry, rz = xx * a + xy * b + xz * c, yx * a + yy * b + yz * c, zx * a + zy * b + zz * c
         dx, dy, dz = px + rx - qx, py + ry - qy, pz + rz - qz
         ex, ey, ez = (

@@ -1,4 +1,4 @@
-"""Dryden's turbulence: its spectra, its intensities near the ground, and an exact discretisation with the state outside."""
+"""Dryden turbulence: spectra, intensities near the ground, and an exact discretisation."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ TimeScale = Annotated[Number, Ge(1e-3)]
 
 @record(frozen=True)
 class Dryden:
-    """Dryden turbulence that the mean wind carries past a point.
+    """Dryden turbulence at one point, with components along the mean wind, across it and up.
 
-    Its components are along the mean wind, across it and up. T = L / V is the time in which a
-    length scale passes. The one-sided spectra over the angular frequency w are (MIL-F-8785C)
+    With the time scale T = L / V of a length scale L at the airspeed V, the one-sided spectra over
+    the angular frequency w are (MIL-F-8785C)
 
         along       s^2 2 T / pi / (1 + (T w)^2)
         across, up  s^2 T / pi (1 + 3 (T w)^2) / (1 + (T w)^2)^2
 
-    and the autocorrelations s^2 exp(-|t| / T) and s^2 (1 - |t| / 2 T) exp(-|t| / T).
+    and the autocorrelations are s^2 exp(-|t| / T) and s^2 (1 - |t| / 2 T) exp(-|t| / T).
 
     Examples
     --------
@@ -57,34 +57,33 @@ class Dryden:
     ) -> Dryden:
         """Return the turbulence near the ground, MIL-F-8785C 3.7.3.4.
 
-        L_w = h, L_u = L_v = h / (0.177 + 0.000823 h)^1.2 in feet; s_w = 0.1 W_20, s_u = s_v = s_w / (0.177 + 0.000823 h)^0.4.
+        In feet, L_w = h, L_u = L_v = h / (0.177 + 0.000823 h)^1.2, s_w = 0.1 W_20 and
+        s_u = s_v = s_w / (0.177 + 0.000823 h)^0.4.
 
         Parameters
         ----------
         altitude : float
-            h, over the ground, from 10 to 1000 ft [m].
+            h, height over the ground, from 10 to 1000 ft [m].
         wind_at_20_feet : float
-            W_20, mean speed of the wind 20 ft (6.1 m) over the ground [m/s].
+            W_20, mean wind speed 20 ft (6.1 m) over the ground [m/s].
         airspeed : float, optional
-            V, with which the vehicle meets the air [m/s]. By default that of the mean wind at the altitude (`mean_wind`): the
-            vehicle stands in it.
+            V, speed of the vehicle in the air [m/s]. By default the mean wind at the altitude
+            (`mean_wind`), for a vehicle that hovers.
 
         Raises
         ------
         InputError
-            For an altitude outside of the model, or a speed that is not positive.
+            If the altitude is outside of the model or a speed is not positive.
         """
         if not LOWEST - 1e-9 <= altitude <= HIGHEST + 1e-9:
             raise InputError(
-                f"an altitude of {altitude!r} m; the low-altitude turbulence is defined from {LOWEST:.3g} to {HIGHEST:.4g} m"
+                f"`altitude` must be in [{LOWEST:.3g}, {HIGHEST:.4g}] m, got {altitude!r}"
             )
         if not (np.isfinite(wind_at_20_feet) and wind_at_20_feet > 0.0):
-            raise InputError(
-                f"a mean wind of {wind_at_20_feet!r} m/s at 20 ft; a positive number accepted"
-            )
+            raise InputError(f"`wind_at_20_feet` must be positive [m/s], got {wind_at_20_feet!r}")
         speed = mean_wind(altitude, wind_at_20_feet) if airspeed is None else airspeed
         if not (np.isfinite(speed) and speed > 0.0):
-            raise InputError(f"an airspeed of {airspeed!r} m/s; a positive number accepted")
+            raise InputError(f"`airspeed` must be positive [m/s], got {airspeed!r}")
         height = altitude / FOOT
         slope = 0.177 + 0.000823 * height
         length, up = altitude / slope**1.2, 0.1 * wind_at_20_feet
@@ -92,14 +91,15 @@ class Dryden:
         return cls((level, level, up), (length / speed, length / speed, altitude / speed))
 
     def steps(self, period: float) -> tuple[Array, Array, Array, Array]:
-        """Return the exact discretisation: x_next = Phi x + N z, wind = C x with z standard normal, and the stationary spread.
+        """Return the exact discretisation x_next = Phi x + N z, wind = C x, z standard normal.
 
-        Each component's x (2) is white noise through 1 / (1 + T s), and that through 1 / (1 + T s) once more.
+        The state x (2) of a component is white noise filtered by 1 / (1 + T s), and that filtered
+        by 1 / (1 + T s) once more.
 
         Parameters
         ----------
         period : float
-            Between two values [s].
+            Time step [s].
 
         Returns
         -------
@@ -107,12 +107,13 @@ class Dryden:
         C : (3, 2) array
             [m/s]
         N0 : (2, 2) array
-            N0 z is distributed as x is after a long time.
+            N0 z has the stationary distribution of x.
         """
         a = period / np.asarray(self.time)
         decay, zero = np.exp(-a), np.zeros(3)
         Phi = np.stack([np.stack([decay, zero], -1), np.stack([a * decay, decay], -1)], -2)
-        # Integrals of exp(-2 x) (1, x, x^2) from 0 to a; the incomplete gamma function keeps them exact for short periods.
+        # Integrals of exp(-2 x) (1, x, x^2) from 0 to a; the incomplete gamma function is exact for
+        # short periods.
         q0, q1, q2 = gammainc(1, 2 * a) / 2, gammainc(2, 2 * a) / 4, gammainc(3, 2 * a) / 4
         first = np.sqrt(q0)
         N = np.stack(
@@ -126,5 +127,5 @@ class Dryden:
 
 
 def mean_wind(altitude: float, wind_at_20_feet: float) -> float:
-    """Return the mean wind's speed [m/s] at an altitude over the ground [m]: the logarithmic profile, MIL-F-8785C 3.7.3.2."""
+    """Return the mean wind speed [m/s] at an altitude [m]: log profile, MIL-F-8785C 3.7.3.2."""
     return float(wind_at_20_feet * np.log(altitude / ROUGHNESS) / np.log(20.0 * FOOT / ROUGHNESS))

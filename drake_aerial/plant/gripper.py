@@ -1,4 +1,4 @@
-"""The magnetic gripper: a small body at the cable's end that holds on to the payload up to a limit."""
+"""Magnetic gripper: a small body at the end of a cable that holds the payload up to a limit."""
 
 from __future__ import annotations
 
@@ -12,9 +12,15 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, RigidBody, SpatialInertia, UnitInertia
 
-from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, perpendicular, quat_from_xz
 from drake_aerial.io.records import Positive, PositiveOrInfinite, record
+from drake_aerial.plant.part_checks import (
+    check_plant,
+    check_type,
+    parameters_or_default,
+    unit_vector3,
+    vector3,
+)
 from drake_aerial.plant.payload_body import PayloadBody
 
 _RADIUS, _HEIGHT = 0.02, 0.01
@@ -33,7 +39,7 @@ class GripperParameters:
 
 @dataclass(frozen=True, eq=False)
 class Gripper:
-    """What `add_gripper` added: a body without a joint yet, which `add_cable` joins to its cable and to the payload.
+    """A gripper in a plant, made by `add_gripper`; `add_cable` joins it to cable and payload.
 
     Attributes
     ----------
@@ -56,7 +62,7 @@ class Gripper:
 
     @property
     def X_LG(self) -> RigidTransform:
-        """Return the attached gripper's pose: origin at the contact, z along the normal."""
+        """Pose of the attached gripper: origin at the contact, z along the normal."""
         q = quat_from_xz(perpendicular(self.normal_L), self.normal_L)
         return RigidTransform(Quaternion(q / np.linalg.norm(q)), self.p_LC)
 
@@ -69,19 +75,26 @@ def add_gripper(
     parameters: GripperParameters | None = None,
     name: str = "gripper",
 ) -> Gripper:
-    """Add a gripper for a contact on a payload to a plant that is not finalized yet.
+    """Add a gripper for one contact on a payload.
 
     Parameters
     ----------
     plant : MultibodyPlant
+        Not finalized.
     payload : PayloadBody
+        The payload, as `add_payload` returns it.
     p_LC : (3,)
-        The contact in the payload's frame L [m].
+        Contact in the payload's frame L [m].
     normal_L : (3,)
-        The outward surface normal there, in L.
+        Outward surface normal at the contact, in L; of any length but zero.
     parameters : GripperParameters, optional
     name : str
-        Of the model instance and the body.
+        Name of the model instance and of the body.
+
+    Raises
+    ------
+    InputError
+        If an argument has the wrong type or shape, or is not finite; or if the plant is finalized.
 
     Examples
     --------
@@ -94,13 +107,10 @@ def add_gripper(
     >>> gripper.p_LC.tolist(), gripper.parameters.holding_force
     ([0.0, 0.0, 0.1], 20.0)
     """
-    parameters = GripperParameters() if parameters is None else parameters
-    normal = np.asarray(normal_L, dtype=float)
-    length = float(np.linalg.norm(normal))
-    if normal.shape != (3,) or not np.isfinite(length) or length == 0.0:
-        raise InputError(
-            f"the contact's normal is {normal_L!r}; three finite numbers, not all zero, accepted"
-        )
+    check_plant(plant, finalized=False)
+    check_type("payload", payload, PayloadBody, "as add_payload returns it")
+    contact, normal = vector3("p_LC", p_LC), unit_vector3("normal_L", normal_L)
+    parameters = parameters_or_default(parameters, GripperParameters)
     instance = plant.AddModelInstance(name)
     unit = UnitInertia.SolidCylinder(_RADIUS, _HEIGHT, [0.0, 0.0, 1.0])
     body = plant.AddRigidBody(name, instance, SpatialInertia(parameters.mass, np.zeros(3), unit))
@@ -112,6 +122,4 @@ def add_gripper(
             "visual",
             [0.2, 0.2, 0.25, 1.0],
         )
-    return Gripper(
-        parameters, payload, np.asarray(p_LC, dtype=float), normal / length, body, instance
-    )
+    return Gripper(parameters, payload, contact, normal, body, instance)

@@ -1,4 +1,4 @@
-"""Mass properties: uniform solids bounded by triangles, and what an inertia must satisfy."""
+"""Mass properties: uniform solids bounded by triangles, and the check of an inertia."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from drake_aerial.geometry import Array
 
 
 class SolidProperties(NamedTuple):
-    """Of a solid of uniform density.
+    """Volume properties of a solid of uniform density.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class SolidProperties(NamedTuple):
     covariance: Array
 
     def inertia(self, mass: float) -> Array:
-        """Return the inertia (3, 3) about the centroid [kg m^2] of a uniform solid of `mass` [kg]."""
+        """Return the inertia (3, 3) about the centroid [kg m^2] for a `mass` [kg]."""
         return mass * (np.trace(self.covariance) * np.eye(3) - self.covariance)
 
 
@@ -57,7 +57,7 @@ def solid_properties(vertices: Array, faces: Array) -> SolidProperties:
 
 
 def is_closed(faces: Array) -> bool:
-    """Return whether every edge of the triangles (F, 3) is shared by two that run it in opposite directions."""
+    """Return whether the triangles (F, 3) close: each edge occurs once in either direction."""
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     forward, n_forward = np.unique(edges, axis=0, return_counts=True)
     backward, n_backward = np.unique(edges[:, ::-1], axis=0, return_counts=True)
@@ -67,19 +67,26 @@ def is_closed(faces: Array) -> bool:
 
 
 def check_inertia(inertia: ArrayLike, what: str = "inertia") -> Array:
-    """Return a rotational inertia (3, 3) about the centre of mass [kg m^2], from a diagonal (3,) or a matrix.
+    """Return a rotational inertia as a matrix (3, 3) after checking that it is possible.
+
+    Parameters
+    ----------
+    inertia : (3,) or (3, 3)
+        Principal moments or matrix about the centre of mass [kg m^2].
+    what : str
+        Name of the value, for the error.
 
     Raises
     ------
     InputError
-        If it is not symmetric positive definite, or one principal moment exceeds the sum of the other two,
-        which no distribution of mass can have.
+        If it is not symmetric positive definite, or if one principal moment exceeds the sum of the
+        other two, which is impossible for any distribution of mass.
     """
     try:
         given = np.asarray(inertia, dtype=float)
     except (TypeError, ValueError) as error:
         raise InputError(
-            f"{what} is {inertia!r}; three moments or a 3x3 matrix accepted"
+            f"{what} must be three moments or a 3x3 matrix, got {inertia!r}"
         ) from error
     matrix = np.diag(given) if given.shape == (3,) else given
     if (
@@ -88,26 +95,26 @@ def check_inertia(inertia: ArrayLike, what: str = "inertia") -> Array:
         or not np.allclose(matrix, matrix.T, rtol=1e-6)
     ):
         raise InputError(
-            f"{what} is {inertia!r}; three moments or a symmetric 3x3 matrix accepted [kg m^2]"
+            f"{what} must be three moments or a symmetric 3x3 matrix [kg m^2], got {inertia!r}"
         )
     moments = np.linalg.eigvalsh(matrix)
     if moments[0] <= 0.0:
         raise InputError(
-            f"{what} has the principal moment {moments[0]:.4g} kg m^2; positive ones accepted"
+            f"{what} must have positive principal moments [kg m^2], got {moments[0]:.4g}"
         )
     if moments[2] > (moments[0] + moments[1]) * (1.0 + 1e-9):
         diagonal = np.diag(matrix)
         k = int(np.argmax(diagonal))
+        others = diagonal.sum() - diagonal[k]
         named = f"J_{'xyz'[k]}{'xyz'[k]} = {diagonal[k]:g}"
         message = (
-            f"{what} is impossible: {named} exceeds the sum {diagonal.sum() - diagonal[k]:g} of the other two "
-            "moments; at most that sum is accepted"
-            if diagonal[k] > diagonal.sum() - diagonal[k]
-            else f"{what} is impossible: its largest principal moment {moments[2]:g} exceeds the sum "
-            f"{moments[0] + moments[1]:g} of the other two"
+            f"{what} is impossible: {named} exceeds the sum {others:g} of the other two moments"
+            if diagonal[k] > others
+            else f"{what} is impossible: its largest principal moment {moments[2]:g} exceeds the "
+            f"sum {moments[0] + moments[1]:g} of the other two"
         )
         # The published parameter table prints J_zz = 0.107 beside 0.006 and 0.0059.
         if np.isclose(diagonal[2], 0.107) and np.allclose(diagonal[:2], [0.006, 0.0059]):
-            message += "; 0.0107 is meant where the published table prints 0.107"
+            message += "; use 0.0107 where the published table prints 0.107"
         raise InputError(message)
     return 0.5 * (matrix + matrix.T)

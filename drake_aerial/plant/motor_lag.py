@@ -1,4 +1,4 @@
-"""Motors that take time: propeller speeds follow their commands with a first-order lag."""
+"""Motor lag: propeller speeds follow their commands with a first-order lag."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from drake_aerial.errors import InputError
 
 
 class MotorLag(LeafSystem):
-    """The speeds of N propellers, tau omega' = sqrt(command) - omega, exact for commands that are held between steps.
+    """Speeds of N propellers, tau omega' = sqrt(command) - omega.
+
+    The discretisation is exact for commands that are constant between steps.
 
     | port | size | meaning |
     |---|---|---|
@@ -26,16 +28,21 @@ class MotorLag(LeafSystem):
     time_constant : float
         tau [s].
     period : float
-        Of the steps, the plant's own [s].
+        Time step of the update, that of the plant [s].
     initial : (N,) array
         Speeds in a new context [rpm].
+
+    Raises
+    ------
+    InputError
+        If the time constant is not positive.
     """
 
     def __init__(self, size: int, time_constant: float, period: float, initial: ArrayLike = 0.0):
         super().__init__()
         if not (np.isfinite(time_constant) and time_constant > 0.0):
             raise InputError(
-                f"the motors' time constant is {time_constant!r} s; a positive number accepted"
+                f"the motors' time constant must be positive [s], got {time_constant!r}"
             )
         self._gain = 1.0 - np.exp(-period / time_constant)
         self._command = self.DeclareVectorInputPort("command", size)

@@ -1,4 +1,4 @@
-"""The payload: its shape, its mass properties, and where it is in the scan."""
+"""The payload: its shape, its mass properties, and its pose in the scan."""
 
 from __future__ import annotations
 
@@ -25,7 +25,10 @@ from drake_aerial.plant.payload_file import read_payload_file
 TABLE_MASS = 0.25
 """Payload mass of the paper's parameter table [kg]."""
 TABLE_INERTIA = (0.006, 0.0059, 0.0107)
-"""Principal moments of the paper's parameter table [kg m^2]; its J_zz is printed as 0.107, which no body has."""
+"""Principal moments of the paper's parameter table [kg m^2].
+
+The table prints J_zz = 0.107, which is impossible beside the other two.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,9 +45,12 @@ class Payload:
     inertia : (3, 3) array
         Rotational inertia about the centre of mass, in P's axes [kg m^2].
     vertices, faces : (V, 3) array [m], (F, 3) int array
-        Its surface in P, triangles counter-clockwise seen from outside.
+        Surface in P; triangles are counter-clockwise when viewed from outside.
     X_SP : Pose
-        P's pose in the scan's frame S; identity by default.
+        Pose of P in the scan's frame S; identity by default.
+    is_hull : bool
+        Whether the surface is the closed hull of a scan (`from_cloud`). The real surface, with the
+        contacts on it, may then be inside of it.
 
     Examples
     --------
@@ -63,26 +69,29 @@ class Payload:
     vertices: Array = field(repr=False)
     faces: Array = field(repr=False)
     X_SP: Pose = field(default_factory=geometry.identity)
+    is_hull: bool = False
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.mass) and self.mass > 0.0):
-            raise InputError(f"the payload's mass is {self.mass!r} kg; a positive number accepted")
+            raise InputError(f"`mass` of a payload must be positive [kg], got {self.mass!r}")
         com = strict_yaml.numbers(self.com, (3,), "the payload's com")
         object.__setattr__(self, "com", com)
         object.__setattr__(self, "inertia", check_inertia(self.inertia, "the payload's inertia"))
 
     @classmethod
     def read(cls, name_or_path: str | Path) -> Payload:
-        """Return the payload of a PAYLOAD.yaml, or of a shipped one by its name.
+        """Read a payload from a PAYLOAD.yaml, or a shipped one by its name.
 
-        The file has `mesh` (a file beside it, or package://drake_aerial/...) or `box` (three edges [m]), `mass` [kg], and optionally `name`,
-        `description`, `scale`, `com` (three numbers in P [m]), `inertia` (three moments or a 3x3 matrix, about the centre of
-        mass [kg m^2]) and `pose` (position, quaternion_wxyz: X_SP).
+        The file has `mass` [kg] and either `mesh` (a file beside it, or package://drake_aerial/...)
+        or `box` (three edges [m]). Optional keys are `name`, `description`, `scale`, `com` (three
+        numbers in P [m]), `inertia` (three moments or a 3x3 matrix, about the centre of mass
+        [kg m^2]) and `pose` (position and quaternion_wxyz of X_SP).
 
         Raises
         ------
         InputError
-            For a missing file, an unknown key (the nearest known one is named) or an impossible value.
+            If the file is missing, or has an unknown key (the message names the nearest known one)
+            or an impossible value.
         """
         arguments = read_payload_file(name_or_path)
         return cls.from_box(**arguments) if "size" in arguments else cls.from_mesh(**arguments)
@@ -98,10 +107,13 @@ class Payload:
         name: str = "box",
         X_SP: Pose | None = None,
     ) -> Payload:
-        """Return a box of full edges `size` (3,) [m] centred on P; uniform density unless com or inertia is given."""
+        """Return a box of edges `size` (3,) [m] centred on P.
+
+        Its density is uniform unless `com` or `inertia` is given; see `from_mesh` for the others.
+        """
         size = strict_yaml.numbers(size, (3,), "the box's size")
         if (size <= 0.0).any():
-            raise InputError(f"the box's size is {size.tolist()} m; three positive edges accepted")
+            raise InputError(f"`size` of a box must be positive [m], got {size.tolist()}")
         vertices, faces = triangles.box(size)
         return cls._of_solid(vertices, faces, mass, com, inertia, name, X_SP)
 
@@ -125,16 +137,20 @@ class Payload:
         mass : float
             [kg]
         scale : float
-            Factor on the mesh's coordinates.
+            Factor for the mesh's coordinates.
         com : (3,), optional
-            Centre of mass in P, after scaling [m]; the volume centroid by default.
+            Centre of mass in P after scaling [m]; by default the centroid of the volume.
         inertia : (3,) or (3, 3), optional
-            About the centre of mass [kg m^2]; a uniform solid's by default.
+            About the centre of mass [kg m^2]; by default that of a uniform solid.
+        name : str, optional
+            By default the name of the file.
+        X_SP : Pose, optional
+            Pose of P in the scan's frame; by default the identity.
 
         Raises
         ------
         InputError
-            If inertia is not given and the mesh is open or has no volume.
+            If `com` or `inertia` is not given and the mesh is open or has no volume.
         """
         vertices, faces, stem = triangles.read(mesh)
         name = stem if name is None else name
@@ -144,17 +160,17 @@ class Payload:
     def from_cloud(
         cls, cloud: Any, mass: float = TABLE_MASS, *, name: str = "scan", depth: float = 0.02
     ) -> Payload:
-        """Return the closed convex hull of a scan as a solid of uniform density: all that a scan alone tells.
+        """Return the closed convex hull of a scan as a solid of uniform density.
 
         Parameters
         ----------
         cloud : PointCloud or (N, 3) array
-            In S [m]. P is S: `X_SP` is the identity.
+            The scan in S [m]. P is S: `X_SP` is the identity.
         mass : float
             [kg]
         depth : float
-            A hull thinner than this along some direction, such as a view of one flat face, is thickened to it, away
-            from the viewer where the viewpoint is known and downwards otherwise [m].
+            Least thickness of the hull [m]. A thinner one, such as that of a single flat face, is
+            thickened away from the viewpoint, or downwards if the viewpoint is not known.
         """
         points = np.asarray(getattr(cloud, "points", cloud), dtype=float)
         away = -np.asarray(getattr(cloud, "up", (0.0, 0.0, 1.0)), dtype=float)
@@ -162,7 +178,7 @@ class Payload:
         if viewpoint is not None:
             away = points.mean(axis=0) - np.asarray(viewpoint, dtype=float)
         vertices, faces = triangles.closed_hull(points, depth, away)
-        return cls._of_solid(vertices, faces, mass, None, None, name, None)
+        return replace(cls._of_solid(vertices, faces, mass, None, None, name, None), is_hull=True)
 
     @classmethod
     def _of_solid(
@@ -186,19 +202,15 @@ class Payload:
         # Checked, and made arrays, in the constructor.
         return cls(name, float(mass), cast(Array, com), cast(Array, inertia), vertices, faces, X_SP)
 
-    def with_pose(self, X_SP: Pose) -> Payload:
-        """Return the same payload with P elsewhere in the scan's frame."""
-        return replace(self, X_SP=geometry.as_pose(X_SP))
-
     def in_tracked_frame(self, p_SL: ArrayLike, q_SL: ArrayLike = (1.0, 0.0, 0.0, 0.0)) -> Payload:
-        """Return the same payload with everything expressed in the tracked frame L, whose pose X_SL takes X_SP's place.
+        """Return the same payload expressed in the tracked frame L; X_SL replaces X_SP.
 
         Parameters
         ----------
         p_SL : (3,)
-            L's origin in the scan's frame: the scan's centroid [m].
+            Origin of L in the scan's frame [m]: the scan's centroid.
         q_SL : (4,)
-            L's rotation: that which makes L's axes the world's at the start. The identity if the scan is z-up.
+            Rotation of L in the scan's frame, z up. The identity if the scan is z-up.
         """
         X_SL = Pose(np.asarray(p_SL, float), np.asarray(q_SL, float))
         X_LP = geometry.invert(X_SL) @ self.X_SP
@@ -211,8 +223,15 @@ class Payload:
             X_SP=X_SL,
         )
 
+    def to_trimesh(self) -> Any:
+        """Return the surface in the scan's frame S as a trimesh.Trimesh [m]."""
+        import trimesh
+
+        vertices = geometry.transform(self.X_SP, self.vertices)
+        return trimesh.Trimesh(vertices, self.faces, process=False)
+
     def closest_point(self, p_P: ArrayLike) -> tuple[Array, Array, Array]:
-        """Return the closest surface points to given ones.
+        """Return the surface points that are closest to given points.
 
         Parameters
         ----------
@@ -222,13 +241,24 @@ class Payload:
         Returns
         -------
         points : (..., 3) array
-            On the surface, in P [m].
+            Closest points on the surface, in P [m].
         normals : (..., 3) array
-            Outward unit normals of the triangles they are on.
+            Outward unit normals of their triangles.
         distances : (...) array
-            Unsigned [m].
+            Unsigned distances [m].
         """
         return triangles.closest_points(self.vertices, self.faces, np.asarray(p_P, dtype=float))
+
+    def contact_distances(self, p_PC: Array) -> Array:
+        """Return the distances (n,) of contacts (n, 3) in P from the surface [m].
+
+        Contacts inside the hull of a scan have the distance 0, because the real surface may be
+        there.
+        """
+        _, _, distances = self.closest_point(p_PC)
+        if self.is_hull:
+            distances[triangles.is_inside_hull(self.vertices, self.faces, p_PC)] = 0.0
+        return distances
 
 
 def _solid(vertices: Array, faces: Array, name: str) -> SolidProperties:
@@ -236,7 +266,8 @@ def _solid(vertices: Array, faces: Array, name: str) -> SolidProperties:
     extent = np.ptp(vertices, axis=0)
     if not is_closed(faces) or solid.volume <= 1e-9 * float(extent.max()) ** 3:
         raise InputError(
-            f"the mesh of payload {name!r} encloses no volume, so it has no inertia of its own: give com (three numbers, m) "
-            "and inertia (three moments about the centre of mass, kg m^2), or a closed mesh with outward triangles"
+            f"the mesh of payload {name!r} must be closed, with outward triangles, to have a "
+            "volume: give another mesh, or give com (three numbers, m) and inertia (three moments "
+            "about the centre of mass, kg m^2)"
         )
     return solid

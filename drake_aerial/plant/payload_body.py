@@ -1,4 +1,4 @@
-"""The payload as a body of the plant: its frame is L, its mass properties, what touches and what is seen."""
+"""The payload as a body of a plant: mass properties, contact spheres, hull and picture."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from scipy.spatial import QhullError
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
 from drake_aerial.plant import support_points as support
+from drake_aerial.plant.part_checks import check_plant, check_type
 from drake_aerial.plant.payload import Payload
 from drake_aerial.plant.triangles import convex_hull
 from drake_aerial.plant.world import CONTACT_STIFFNESS, contact_properties
@@ -24,21 +25,21 @@ _COLOUR = [0.80, 0.62, 0.40, 1.0]
 
 @dataclass(frozen=True, eq=False)
 class PayloadBody:
-    """What `add_payload` added.
+    """A payload in a plant, made by `add_payload`.
 
     Attributes
     ----------
     payload : Payload
-        In the tracked frame L.
+        The payload, in the tracked frame L.
     body : RigidBody
         The only body of its model instance; its frame is L.
     model_instance : ModelInstanceIndex
-        Its state output port has 13 numbers: quaternion w, x, y, z, position [m], angular and linear velocity
-        [rad/s, m/s], of L's origin in the world.
+        Its state output port has 13 numbers: quaternion w, x, y, z, position [m], angular velocity
+        [rad/s] and linear velocity [m/s] of L in the world.
     rest_height : float
-        Height of L's origin over the ground at rest [m].
+        Height of L's origin above the ground at rest [m].
     stands_alone : bool
-        Whether it stands on its own shape; otherwise on a light cradle (see `support.feet`).
+        Whether it stands on its own shape; otherwise on a light cradle (`support_points.feet`).
     """
 
     payload: Payload
@@ -51,22 +52,25 @@ class PayloadBody:
 def add_payload(plant: MultibodyPlant, payload: Payload, *, name: str = "payload") -> PayloadBody:
     """Add a payload to a plant, as a free body in a model instance of its own.
 
-    On the ground it stands on at most 20 small spheres (`support`); other bodies meet its convex hull, which is drawn in
-    by a centimetre so that the spheres touch the ground first.
+    On the ground it stands on at most 20 small spheres (`support_points`). Other bodies collide
+    with its convex hull, which is 1 cm smaller so that the spheres touch the ground first. The
+    default pose, which new contexts have, is at rest on ground at z = 0, with L above the world's
+    origin.
 
     Parameters
     ----------
     plant : MultibodyPlant
         Not finalized.
     payload : Payload
-        In the frame that is to be the body's frame, L (`Payload.in_tracked_frame`), z up at rest.
+        The payload in the body's frame L (`Payload.in_tracked_frame`), z up at rest.
     name : str
-        Of the model instance and the body.
+        Name of the model instance and of the body.
 
     Raises
     ------
     InputError
-        If Drake refuses the mass properties, or the shape has no volume to collide with.
+        If Drake refuses the mass properties, if the shape has no volume, if an argument has the
+        wrong type, or if the plant is finalized.
 
     Examples
     --------
@@ -78,6 +82,8 @@ def add_payload(plant: MultibodyPlant, payload: Payload, *, name: str = "payload
     >>> float(box.body.default_mass())
     0.25
     """
+    check_plant(plant, finalized=False)
+    check_type("payload", payload, Payload, "(Payload.read, .from_box, .from_mesh, .from_cloud)")
     instance = plant.AddModelInstance(name)
     J = payload.inertia
     try:
@@ -85,14 +91,17 @@ def add_payload(plant: MultibodyPlant, payload: Payload, *, name: str = "payload
         inertia = SpatialInertia.MakeFromCentralInertia(payload.mass, payload.com, about_com)
     except RuntimeError as error:
         raise InputError(
-            f"the payload's inertia {J.tolist()} is impossible for {payload.mass:g} kg"
+            f"`inertia` of a payload must be possible for its mass, got {J.tolist()} kg m^2 for "
+            f"{payload.mass:g} kg"
         ) from error
     body = plant.AddRigidBody(name, instance, inertia)
     feet, own = support.feet(payload.vertices, payload.com)
     if plant.geometry_source_is_registered():
         _register_shape(plant, body, payload, feet)
     penetration = payload.mass * GRAVITY / (len(feet) * CONTACT_STIFFNESS)
-    return PayloadBody(payload, body, instance, float(-feet[0, 2]) - penetration, own)
+    rest_height = float(-feet[0, 2]) - penetration
+    plant.SetDefaultFloatingBaseBodyPose(body, RigidTransform([0.0, 0.0, rest_height]))
+    return PayloadBody(payload, body, instance, rest_height, own)
 
 
 def _register_shape(plant: MultibodyPlant, body: RigidBody, payload: Payload, feet: Array) -> None:
@@ -101,7 +110,7 @@ def _register_shape(plant: MultibodyPlant, body: RigidBody, payload: Payload, fe
         hull, _ = convex_hull(payload.vertices)
     except QhullError as error:
         raise InputError(
-            f"payload {payload.name!r} is flat: its convex hull has no volume"
+            f"the convex hull of payload {payload.name!r} must have a volume, but it is flat"
         ) from error
     centre, floor = hull.mean(axis=0), feet[0, 2] + support.RADIUS
     points = [foot + [0.0, 0.0, support.RADIUS] for foot in feet]
@@ -109,7 +118,7 @@ def _register_shape(plant: MultibodyPlant, body: RigidBody, payload: Payload, fe
         inward = (centre - corner) / np.linalg.norm(centre - corner)
         point = corner + support.RADIUS * inward
         point[2] = max(point[2], floor)
-        # A foot may stand for this corner already.
+        # A foot may be at this corner already.
         if min(np.linalg.norm(point - other) for other in points) > 0.02:
             points.append(point)
     for k, point in enumerate(points):

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pydrake.geometry import Box, Cylinder, Ellipsoid, Sphere
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant, Propeller, PropellerInfo
@@ -18,6 +19,7 @@ from drake_aerial.geometry import Array
 from drake_aerial.io.records import NonNegative, Positive, read_record, record
 from drake_aerial.plant.mass_properties import check_inertia
 from drake_aerial.plant.motor_lag import MotorLag
+from drake_aerial.plant.part_checks import check_list, check_plant, parameters_or_default
 from drake_aerial.plant.world import contact_properties
 
 
@@ -53,18 +55,23 @@ class QuadrotorParameters:
 
     @classmethod
     def read(cls, path: str | Path) -> QuadrotorParameters:
-        """Return the parameters of a YAML file with this class's fields as keys; what is left out has its default.
+        """Read the parameters from a YAML file that has this class's fields as keys.
+
+        Fields that the file leaves out have their defaults.
 
         Raises
         ------
         InputError
-            For an unreadable file, an unknown key or an impossible value.
+            If the file is unreadable, or has an unknown key or an impossible value.
         """
         return read_record(cls, path)
 
     @property
     def propeller_positions(self) -> Array:
-        """Positions (4, 3) of the propellers in Q [m]: front left, rear left, rear right, front right."""
+        """Positions (4, 3) of the propellers in Q [m].
+
+        The order is front left, rear left, rear right, front right.
+        """
         a = self.arm / np.sqrt(2.0)
         return np.array([[a, a, 0.0], [-a, a, 0.0], [-a, -a, 0.0], [a, -a, 0.0]])
 
@@ -75,7 +82,7 @@ class QuadrotorParameters:
 
     @property
     def allocation(self) -> Array:
-        """Matrix (4, 4) from squared RPM of the propellers to total thrust [N] and moments about Q's axes [N m]."""
+        """Matrix (4, 4) from squared speeds [rpm^2] to thrust [N] and moments in Q [N m]."""
         p = self.propeller_positions
         rows = np.stack([np.ones(4), p[:, 1], -p[:, 0], self.drag_ratio * self.propeller_spins])
         return self.thrust_coefficient * rows
@@ -94,7 +101,7 @@ class QuadrotorParameters:
 
 @dataclass(frozen=True, eq=False)
 class Quadrotor:
-    """What `add_quadrotor` added.
+    """A quadrotor in a plant, made by `add_quadrotor`.
 
     Attributes
     ----------
@@ -102,7 +109,8 @@ class Quadrotor:
     body : RigidBody
         The only body of its model instance; its frame is Q, its origin the centre of mass.
     model_instance : ModelInstanceIndex
-        Its state output port has 13 numbers: quaternion w, x, y, z, position, angular and linear velocity in the world.
+        Its state output port has 13 numbers: quaternion w, x, y, z, position [m], angular velocity
+        [rad/s] and linear velocity [m/s] of Q in the world.
     """
 
     parameters: QuadrotorParameters
@@ -113,14 +121,22 @@ class Quadrotor:
 def add_quadrotor(
     plant: MultibodyPlant, parameters: QuadrotorParameters | None = None, name: str = "quadrotor"
 ) -> Quadrotor:
-    """Add a quadrotor to a plant that is not finalized yet; `connect_propellers` makes it fly.
+    """Add a quadrotor to a plant; `connect_propellers` adds its propellers.
+
+    New contexts have it at the world's origin until `add_cable` puts it above its contact.
 
     Parameters
     ----------
     plant : MultibodyPlant
+        Not finalized.
     parameters : QuadrotorParameters, optional
     name : str
-        Of the model instance and the body.
+        Name of the model instance and of the body.
+
+    Raises
+    ------
+    InputError
+        If an argument has the wrong type, or if the plant is finalized.
 
     Examples
     --------
@@ -132,13 +148,14 @@ def add_quadrotor(
     >>> round(quadrotor.parameters.thrust_limits[1], 2)
     7.07
     """
-    parameters = QuadrotorParameters() if parameters is None else parameters
+    check_plant(plant, finalized=False)
+    parameters = parameters_or_default(parameters, QuadrotorParameters)
     m = parameters.mass
     unit = UnitInertia(*(np.asarray(parameters.inertia) / m))
     instance = plant.AddModelInstance(name)
     body = plant.AddRigidBody(name, instance, SpatialInertia(m, np.zeros(3), unit))
     if plant.geometry_source_is_registered():
-        # The landing gear and rotors' guard in one: nothing but crashes touches it.
+        # Landing gear and rotor guard in one, which is touched in crashes only.
         guard = Ellipsoid(1.2 * parameters.arm, 1.2 * parameters.arm, 0.04)
         plant.RegisterCollisionGeometry(
             body, RigidTransform(), guard, "guard", contact_properties()
@@ -151,7 +168,7 @@ def add_quadrotor(
 def visual_parts(
     parameters: QuadrotorParameters,
 ) -> list[tuple[RigidTransform, Box | Cylinder | Sphere | Ellipsoid, list[float]]]:
-    """Return the shapes that look like a quadrotor: pose in Q, shape, colour (rgba)."""
+    """Return the shapes that draw a quadrotor: pose in Q, shape, colour (rgba)."""
     arm = parameters.arm
     dark, metal, blade = [0.13, 0.14, 0.16, 1.0], [0.55, 0.57, 0.60, 1.0], [0.35, 0.62, 0.90, 0.55]
     parts: list = [
@@ -181,26 +198,39 @@ def connect_propellers(
     name: str = "propellers",
     *,
     motor_lag: float = 0.0,
+    initial_speeds: ArrayLike | None = None,
 ) -> tuple[InputPort, OutputPort]:
-    """Add the propellers of all quadrotors, with their RPM limits, to a diagram whose plant is finalized.
+    """Add the propellers of n quadrotors, with their speed limits, to a diagram.
 
     Parameters
     ----------
     builder : DiagramBuilder
     plant : MultibodyPlant
-    quadrotors : list of Quadrotor, n of them
+        Finalized.
+    quadrotors : list of Quadrotor
+        The n quadrotors, as `add_quadrotor` returns them.
     name : str
-        Of the propellers' system; the limits' is "<name>_limits", the lag's "<name>_lag".
+        Name of the propellers' system; that of the limits is "<name>_limits", that of the motor lag
+        "<name>_lag".
     motor_lag : float
         Time constant with which the speeds follow the commands [s]; 0 for none.
+    initial_speeds : (4 n,) array, optional
+        Speeds in a new context with motor lag [rpm]; by default the lowest.
 
     Returns
     -------
     commands : InputPort
-        (4 n), squared RPM; each is held within its propeller's limits.
+        Squared speeds (4 n) [rpm^2]; each is limited to its propeller's range.
     forces : OutputPort
         Spatial forces, for the plant's applied_spatial_force port.
+
+    Raises
+    ------
+    InputError
+        If an argument has the wrong type, `motor_lag` is negative, or the plant is not finalized.
     """
+    check_plant(plant, finalized=True)
+    check_list("quadrotors", quadrotors, Quadrotor, "as add_quadrotor returns it")
     infos, low, high = [], [], []
     for quadrotor in quadrotors:
         p = quadrotor.parameters
@@ -216,7 +246,8 @@ def connect_propellers(
     propellers = builder.AddNamedSystem(name, Propeller(infos))
     speeds = limits.get_output_port()
     if motor_lag != 0.0:
-        lag = MotorLag(len(low), motor_lag, plant.time_step(), np.sqrt(low))
+        initial = np.sqrt(low) if initial_speeds is None else initial_speeds
+        lag = MotorLag(len(low), motor_lag, plant.time_step(), initial)
         builder.Connect(speeds, builder.AddNamedSystem(f"{name}_lag", lag).get_input_port())
         speeds = lag.get_output_port()
     builder.Connect(speeds, propellers.get_command_input_port())

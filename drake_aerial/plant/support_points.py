@@ -1,4 +1,4 @@
-"""Where a payload touches the ground: a few small spheres, on which it stands stably in its scanned attitude."""
+"""Contact spheres on which a payload stands on the ground in its scanned attitude."""
 
 from __future__ import annotations
 
@@ -13,11 +13,12 @@ _MAX_FEET = 6
 
 
 def feet(vertices: Array, com: Array) -> tuple[Array, bool]:
-    """Return the points on which a payload with z up stands, all at its lowest height, and whether they are its own.
+    """Return the points on which a payload stands, and whether they are on its own shape.
 
-    If the lowest part of the shape (2 % of its height, at most 1 cm) carries the centre of mass, its corners are the feet. A payload
-    that would topple out of its scanned attitude, as a bunny whose mass sits at its neck may, stands on a light cradle:
-    the outline of its horizontal projection, brought down to the ground, and widened if the centre of mass is outside of that too.
+    If the lowest part of the shape (2 % of its height, at most 1 cm) supports the centre of mass,
+    its corners are the feet. A payload that would topple, such as a bunny whose mass is at its
+    neck, stands on a light cradle: the outline of its horizontal projection, moved down to the
+    ground, and widened if the centre of mass is outside of that too.
 
     Parameters
     ----------
@@ -25,6 +26,13 @@ def feet(vertices: Array, com: Array) -> tuple[Array, bool]:
         The shape, z up [m].
     com : (3,) array
         Centre of mass in the same frame [m].
+
+    Returns
+    -------
+    feet : (K, 3) array
+        Points at the height of the lowest vertex [m].
+    stands_alone : bool
+        Whether the feet are on the payload's own shape.
     """
     z = vertices[:, 2]
     low, height = z.min(), np.ptp(z)
@@ -46,7 +54,7 @@ def feet(vertices: Array, com: Array) -> tuple[Array, bool]:
 
 
 def extremes(vertices: Array) -> Array:
-    """Return the vertices (K, 3), K <= 14, that reach furthest along the axes and the diagonals."""
+    """Return the vertices (K, 3), K <= 14, that are furthest along the axes and diagonals."""
     axes = np.concatenate([np.eye(3), -np.eye(3)])
     diagonals = np.array(
         [[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float
@@ -56,7 +64,7 @@ def extremes(vertices: Array) -> Array:
 
 
 def _outline(points: Array) -> Array | None:
-    """Return the corners (K, 2) of the convex hull, counter-clockwise, or None if it has no area."""
+    """Return the corners (K, 2) of the convex hull, counter-clockwise; None if it has no area."""
     if len(points) < 3:
         return None
     try:
@@ -66,7 +74,7 @@ def _outline(points: Array) -> Array | None:
 
 
 def _margin(outline: Array, point: Array) -> float:
-    """Return how far inside a counter-clockwise outline a point is [m]; negative outside."""
+    """Return the distance of a point from the outline [m], positive inside, negative outside."""
     edge = np.roll(outline, -1, axis=0) - outline
     normal = np.column_stack([-edge[:, 1], edge[:, 0]]) / np.linalg.norm(
         edge, axis=1, keepdims=True
@@ -75,7 +83,10 @@ def _margin(outline: Array, point: Array) -> float:
 
 
 def _spread(outline: Array, count: int, com: Array, margin: float) -> Array:
-    """Return at most about `count` corners, dropping in turn the one whose loss costs the least area, while the com stays inside."""
+    """Return about `count` corners of an outline, with the centre of mass inside.
+
+    The corner whose removal costs the least area is removed first.
+    """
     while len(outline) > count:
         before, after = np.roll(outline, 1, axis=0), np.roll(outline, -1, axis=0)
         u, v = outline - before, after - outline

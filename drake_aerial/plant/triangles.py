@@ -1,4 +1,4 @@
-"""Triangle meshes as arrays: reading, boxes, closed hulls and closest points."""
+"""Triangle meshes as arrays: reading, boxes, convex hulls and closest points."""
 
 from __future__ import annotations
 
@@ -15,12 +15,17 @@ from drake_aerial.geometry import Array, cross
 
 
 def read(mesh: Any) -> tuple[Array, Array, str]:
-    """Return vertices (V, 3), faces (F, 3) and a name, from a path, a trimesh.Trimesh or a pair of arrays.
+    """Return vertices (V, 3), faces (F, 3) and a name of a mesh.
+
+    Parameters
+    ----------
+    mesh : path, trimesh.Trimesh, or pair of vertices (V, 3) and faces (F, 3)
 
     Raises
     ------
     InputError
-        If the file is missing, of an unknown format, or holds no triangles.
+        If the mesh is of another type, its file is missing or of an unknown format, or it has no
+        triangles.
     """
     name = "payload"
     if isinstance(mesh, (str, Path)):
@@ -31,7 +36,8 @@ def read(mesh: Any) -> tuple[Array, Array, str]:
         vertices, faces = mesh.vertices, mesh.faces
     else:
         raise InputError(
-            f"a {type(mesh).__name__} is no mesh; a path, a trimesh.Trimesh or (vertices, faces) accepted"
+            "`mesh` must be a path, a trimesh.Trimesh or a pair (vertices, faces), "
+            f"got a {type(mesh).__name__}"
         )
     vertices, faces = np.array(vertices, dtype=float), np.array(faces, dtype=np.int64)
     if (
@@ -42,11 +48,12 @@ def read(mesh: Any) -> tuple[Array, Array, str]:
         or len(faces) == 0
     ):
         raise InputError(
-            f"mesh {name!r} has vertices {vertices.shape} and faces {faces.shape}; (V, 3), (F, 3) accepted"
+            f"mesh {name!r} must have vertices (V, 3) and faces (F, 3), F > 0, "
+            f"got {vertices.shape} and {faces.shape}"
         )
     if not np.isfinite(vertices).all() or faces.min() < 0 or faces.max() >= len(vertices):
         raise InputError(
-            f"mesh {name!r} has vertices that are not finite, or faces that name vertices it does not have"
+            f"mesh {name!r} must have finite vertices and faces that index its vertices"
         )
     return vertices, faces, name
 
@@ -55,7 +62,7 @@ def _load(path: Path) -> Any:
     import trimesh
 
     if not os.path.isfile(path):
-        raise InputError(f"no mesh file {path}")
+        raise InputError(f"there is no mesh file {path}")
     geometry = read_geometry(path)
     if geometry.faces is None:
         raise InputError(f"{path} holds no triangles; a payload needs a mesh")
@@ -64,7 +71,7 @@ def _load(path: Path) -> Any:
 
 
 def box(size: Array) -> tuple[Array, Array]:
-    """Return the 8 vertices and 12 outward triangles of a box of full edges `size` (3,), centred on the origin."""
+    """Return the 8 vertices and 12 outward triangles of a box of edges `size` (3,) about 0."""
     vertices = (
         0.5
         * size
@@ -75,7 +82,7 @@ def box(size: Array) -> tuple[Array, Array]:
 
 
 def convex_hull(points: Array) -> tuple[Array, Array]:
-    """Return the vertices and outward triangles of the convex hull of points (N, 3) that span a volume."""
+    """Return the vertices and outward triangles of the convex hull of points (N, 3)."""
     hull = ConvexHull(points)
     index = np.full(len(points), -1)
     index[hull.vertices] = np.arange(len(hull.vertices))
@@ -92,23 +99,23 @@ def closed_hull(points: Array, depth: float, away: Array) -> tuple[Array, Array]
 
     Parameters
     ----------
+    points : (N, 3) array
+    depth : float
     away : (3,) array
-        The thickening goes along the thinnest principal direction, to the side of this vector.
+        The hull is thickened along its thinnest principal direction, on the side of this vector.
 
     Raises
     ------
     InputError
-        If the points are fewer than three or lie on a line.
+        If there are fewer than three points or all lie on a line.
     """
     if len(points) < 3:
-        raise InputError(
-            f"a payload's hull needs 3 points or more that are not on a line; {len(points)} given"
-        )
+        raise InputError(f"the hull of a scan needs 3 points or more, got {len(points)}")
     deviation = points - points.mean(axis=0)
     spread, axes = np.linalg.eigh(deviation.T @ deviation)
     if spread[1] <= 1e-12 * spread[2]:
         raise InputError(
-            "the scan's points lie on a line, or are all equal; a payload's hull needs a surface"
+            "the points of a scan must span a surface, but they lie on a line or are all equal"
         )
     thickness = float(np.ptp(deviation @ axes[:, 0]))
     if thickness < depth:
@@ -117,11 +124,23 @@ def closed_hull(points: Array, depth: float, away: Array) -> tuple[Array, Array]
     try:
         return convex_hull(points)
     except QhullError as error:
-        raise InputError("the scan's convex hull has no volume") from error
+        raise InputError(
+            "the convex hull of a scan must have a volume: check the scan's points"
+        ) from error
+
+
+def is_inside_hull(vertices: Array, faces: Array, points: Array) -> Array:
+    """Return which points (N, 3) are inside a convex hull with outward triangles, (N,)."""
+    a, b, c = np.moveaxis(vertices[faces], 1, 0)
+    normal = cross(b - a, c - a)
+    return (points @ normal.T <= np.einsum("ij,ij->i", a, normal)).all(axis=1)
 
 
 def closest_points(vertices: Array, faces: Array, points: Array) -> tuple[Array, Array, Array]:
-    """Return the closest points on triangles to `points` (..., 3), with unit normals (..., 3) and distances (...)."""
+    """Return the points on triangles closest to `points` (..., 3), normals and distances.
+
+    Normals (..., 3) are the unit normals of the triangles, distances (...) are unsigned.
+    """
     flat = points.reshape(-1, 3)
     a, b, c = np.moveaxis(vertices[faces], 1, 0)
     normal = cross(b - a, c - a)
@@ -143,7 +162,7 @@ def closest_points(vertices: Array, faces: Array, points: Array) -> tuple[Array,
 
 
 def _closest_on_triangles(p: Array, a: Array, b: Array, c: Array, normal: Array) -> Array:
-    """Return the closest point (F, 3) of every triangle to p: inside its face, or on the nearest of its edges."""
+    """Return the points (F, 3) of all triangles that are closest to p."""
     inside = np.ones(len(a), dtype=bool)
     best, best_d2 = np.empty_like(a), np.full(len(a), np.inf)
     for u, v in ((a, b), (b, c), (c, a)):

@@ -1,4 +1,4 @@
-"""Wind: its velocity as a system with a seed, and the drag with which it pushes payload and quadrotors."""
+"""Wind: the velocity of the air, and its drag on payload and quadrotors."""
 
 from __future__ import annotations
 
@@ -20,13 +20,14 @@ from drake_aerial.geometry import Array
 from drake_aerial.io.records import NonNegative, Positive, Vector, record
 from drake_aerial.plant.cable_geometry import rotation
 from drake_aerial.plant.dryden import Dryden
+from drake_aerial.plant.part_checks import check_list, check_plant, check_type
 from drake_aerial.plant.payload_body import PayloadBody
 from drake_aerial.plant.quadrotor import Quadrotor
 
 AIR_DENSITY = 1.225
 """At sea level [kg/m^3]."""
 TURBULENCE_PERIOD = 0.002
-"""Between two values of the turbulence where no other is asked for, held in between: the plant's own default step [s]."""
+"""Default time step of the turbulence, which is constant in between [s]."""
 
 
 @record(frozen=True)
@@ -65,26 +66,32 @@ class WindParameters:
 
 
 class Wind(LeafSystem):
-    """The velocity of the air, the same everywhere.
+    """Velocity of the air, the same everywhere.
 
     | port | size | meaning |
     |---|---|---|
-    | out `velocity` | 3 | of the air in the world [m/s] |
+    | out `velocity` | 3 | velocity of the air in the world [m/s] |
 
-    Turbulence is noise through Dryden's filters, discretised exactly and as strong from the first instant on as ever. Their state is in
-    the Context; the noise is a function of the seed, a parameter in the Context (`set_seed`), and of the time.
+    Turbulence is noise filtered by Dryden's filters, discretised exactly and stationary from the
+    first step on. The filters' state is in the Context. The noise is a function of time and of the
+    seed, a parameter in the Context (`set_seed`).
 
     Parameters
     ----------
     parameters : WindParameters
     period : float
-        Of the turbulence, the plant's own [s].
+        Time step of the turbulence [s]: that of the plant.
+
+    Raises
+    ------
+    InputError
+        If the period is not positive.
     """
 
     def __init__(self, parameters: WindParameters, period: float = TURBULENCE_PERIOD):
         super().__init__()
         if not (np.isfinite(period) and period > 0.0):
-            raise InputError(f"the turbulence's period is {period!r} s; a positive number accepted")
+            raise InputError(f"`period` of the turbulence must be positive [s], got {period!r}")
         self._parameters, self._period = parameters, period
         self._mean, self._gust = np.array(parameters.mean), np.array(parameters.gust)
         self._seed = self.DeclareNumericParameter(BasicVector([0.0]))
@@ -101,13 +108,13 @@ class Wind(LeafSystem):
         self.DeclareVectorOutputPort("velocity", 3, self._calc)
 
     def set_seed(self, context: Context, seed: int) -> None:
-        """Set the turbulence's seed in this system's context."""
+        """Set the random seed of the turbulence in this system's context."""
         context.get_mutable_numeric_parameter(self._seed).SetFromVector([float(seed)])
 
     def _stir(self, context: Context, discrete_state: DiscreteValues) -> None:
         number = round(context.get_time() / self._period)
         seed = int(context.get_numeric_parameter(self._seed).GetAtIndex(0))
-        # The second word of the key sets this stream apart from the perception's of the same seed.
+        # The second word of the key separates this stream from that of the sensor's noise.
         key, counter = np.array([seed, 1], dtype=np.uint64), [0, 0, 0, number]
         noise = np.random.Generator(np.random.Philox(key=key, counter=counter)).standard_normal(
             (3, 2, 1)
@@ -133,18 +140,28 @@ class Wind(LeafSystem):
 
 
 class WindDrag(LeafSystem):
-    """The push of the air on a payload and n quadrotors.
+    """Drag of the air on a payload and n quadrotors.
 
-    On the payload, at the centre of its bounding box, f = rho/2 c |v| (A_x v_x, A_y v_y, A_z v_z) [N] in the axes of L, v the air's
-    velocity relative to that point [m/s] and A the areas of the box's faces [m^2]; on each quadrotor, at its centre, rho/2 (c A) |v| v.
-    Neither has a moment about its point of attack. What is not modelled is said at `WindParameters`.
+    The force on the payload acts at the centre of its bounding box. In the axes of L it is
+    f = rho/2 c |v| (A_x v_x, A_y v_y, A_z v_z) [N], with the air's velocity v relative to that
+    point [m/s] and the areas A of the box's faces [m^2]. The force on a quadrotor acts at its
+    centre: rho/2 (c A) |v| v. There are no moments about these points. `WindParameters` says what
+    is not modelled.
 
     | port | size | meaning |
     |---|---|---|
     | in `wind` | 3 | velocity of the air in the world [m/s] |
     | in `payload_state` | 13 | w x y z, position, angular and linear velocity of L in the world |
     | in `quadrotor_states` | 13 n | the same of each Q |
-    | out `applied_spatial_force` | abstract | for the plant |
+    | out `applied_spatial_force` | abstract | spatial forces for the plant |
+
+    Parameters
+    ----------
+    plant : MultibodyPlant
+        Finalized.
+    payload : PayloadBody
+    quadrotors : list of Quadrotor
+    parameters : WindParameters
     """
 
     def __init__(
@@ -203,26 +220,38 @@ def connect_wind(
     parameters: WindParameters,
     name: str = "wind",
 ) -> tuple[Wind, OutputPort]:
-    """Add wind and its drag to a diagram whose plant is finalized.
+    """Add wind and its drag to a diagram; turbulence has the time step of the plant.
 
     Parameters
     ----------
     builder : DiagramBuilder
     plant : MultibodyPlant
+        Finalized.
     payload : PayloadBody
-    quadrotors : list of Quadrotor, n of them
+        The payload, as `add_payload` returns it.
+    quadrotors : list of Quadrotor
+        The n quadrotors, as `add_quadrotor` returns them.
     payload_state, quadrotor_states : OutputPort
-        (13) and (13 n), true and current.
+        State of L (13) and of the quadrotors (13 n), from the plant.
     parameters : WindParameters
     name : str
-        Of the system that gives the velocity; the drag's is "<name>_drag". Turbulence changes at the plant's steps.
+        Name of the system of the velocity; that of the drag is "<name>_drag".
 
     Returns
     -------
     wind : Wind
     forces : OutputPort
         Spatial forces, for the plant's applied_spatial_force port.
+
+    Raises
+    ------
+    InputError
+        If an argument has the wrong type, or if the plant is not finalized.
     """
+    check_plant(plant, finalized=True)
+    check_type("payload", payload, PayloadBody, "as add_payload returns it")
+    check_list("quadrotors", quadrotors, Quadrotor, "as add_quadrotor returns it")
+    check_type("parameters", parameters, WindParameters)
     wind = builder.AddNamedSystem(name, Wind(parameters, plant.time_step() or TURBULENCE_PERIOD))
     drag = builder.AddNamedSystem(f"{name}_drag", WindDrag(plant, payload, quadrotors, parameters))
     builder.Connect(wind.get_output_port(), drag.GetInputPort("wind"))

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from drake_aerial.errors import InputError
-from drake_aerial.io.strict_yaml import nearest, read_mapping
+from drake_aerial.io.strict_yaml import check_keys, nearest, read_mapping
 from drake_aerial.references.trajectory import (
     HoverTrajectory,
     LineTrajectory,
@@ -72,13 +72,8 @@ def trajectory_from_dict(content: Any) -> Trajectory:
     if not isinstance(kind, str) or kind not in TRAJECTORIES:
         given = "no kind" if kind is None else f"{kind!r}{nearest(kind, TRAJECTORIES)}"
         raise InputError(f"`kind` must be one of {', '.join(TRAJECTORIES)}, got {given}")
-    known = [f.name for f in fields(TRAJECTORIES[kind])]
-    for key in parameters:
-        if key not in known:
-            raise InputError(
-                f"unknown key {key!r}{nearest(key, known)}: a {kind} trajectory has "
-                f"{', '.join(known)}"
-            )
+    # No records: trajectories check their own values, and users derive classes from them.
+    check_keys(parameters, optional=[f.name for f in fields(TRAJECTORIES[kind])])
     return TRAJECTORIES[kind](**parameters)
 
 

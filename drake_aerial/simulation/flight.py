@@ -166,6 +166,7 @@ class Flight:
             station, trajectory, after_drop=self.options.after_drop, progress=progress, watch=watch
         )
         simulator.set_monitor(monitor)
+        station.install(simulator)
         steps: deque[float] = getattr(station.controller, "step_seconds", deque())
         steps.clear()
         start = time.process_time()

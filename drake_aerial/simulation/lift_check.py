@@ -1,94 +1,24 @@
-"""Whether a team can carry its payload at all, and a formation hold it, looked at before anything flies."""
+"""Checks before a flight that the team can carry its payload by its contacts."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import linprog
 
+from drake_aerial.contacts.feasibility.checks import hanging_reasons
 from drake_aerial.errors import InputError, JobError
 from drake_aerial.geometry import Array
 from drake_aerial.plant.cable import CableParameters
 from drake_aerial.plant.payload import Payload
 from drake_aerial.plant.quadrotor import QuadrotorParameters
-from drake_aerial.simulation.station_parameters import StationParameters
+from drake_aerial.plant.team_lift import own_masses, team_lift
 from drake_aerial.statics.gravity import GRAVITY
+from drake_aerial.statics.lift import smallest_overload
 
-if TYPE_CHECKING:
-    from drake_aerial.statics.lift import Lift
-
-
-FORCE = "it is flown all the same by force (force=True, on the command line --force)"
-"""How a refusal ends that can be overruled."""
-
-
-def level_balance(p_LoC: Array, weight: float) -> tuple[Array, Array]:
-    """Return A (k, n) and b (k,) of A T = b, the equilibrium of a level payload on n vertical cables of tensions T.
-
-    Force along z, and the moments about the horizontal axes. Contacts in one line (two of them always are) cannot bear a
-    moment about that line, and the payload turns until there is none: that row is left out.
-
-    Parameters
-    ----------
-    p_LoC : (n, 3) array
-        Contacts from the payload's centre of mass [m].
-    weight : float
-        [N]
-    """
-    arms = p_LoC[:, :2]
-    spread = arms - arms.mean(axis=0)
-    _, sizes, axes = np.linalg.svd(np.vstack([spread, np.zeros((2, 2))]))
-    kept = axes[sizes > 1e-6]
-    return np.vstack([np.ones(len(arms)), kept @ arms.T]), np.array([weight, *np.zeros(len(kept))])
-
-
-def level_tensions(p_LoC: Array, weight: float) -> Array:
-    """Return the tensions (n,) [N] of least squared sum with which n vertical cables hold a level payload, none negative."""
-    A, b = level_balance(p_LoC, weight)
-    return np.maximum(np.linalg.pinv(A) @ b, 0.0)
-
-
-def own_masses(
-    quadrotors: Sequence[QuadrotorParameters], cables: Sequence[CableParameters]
-) -> Array:
-    """Return what each of n quadrotors must lift besides its share of the payload (n,) [kg]: itself, and its cable's link."""
-    return np.array(
-        [
-            q.mass + (c.link_mass if c.kind == "inextensible" else 0.0)
-            for q, c in zip(quadrotors, cables)
-        ]
-    )
-
-
-def team_lift(
-    mass: float, quadrotors: Sequence[QuadrotorParameters], cables: Sequence[CableParameters]
-) -> Lift:
-    """Return the lift of a team as a transfer judges it (`TransferParameters.lift`).
-
-    Parameters
-    ----------
-    mass : float
-        Of what hangs, grippers included [kg].
-    quadrotors, cables : n of each
-    """
-    from drake_aerial.statics.lift import Lift
-
-    thrust = tuple(float(quadrotor.thrust_limits[1]) for quadrotor in quadrotors)
-    return Lift(mass, thrust, tuple(own_masses(quadrotors, cables).tolist()))
-
-
-def default_lift(payload_mass: float, n: int) -> Lift:
-    """Return what n of the default quadrotors lift of a payload [kg] that hangs on the default grippers and cables.
-
-    Raises InputError for a mass that is not positive.
-    """
-    parameters = StationParameters()
-    grippers = sum(gripper.mass for gripper in parameters.grippers(n))
-    if not payload_mass > 0.0:
-        raise InputError(f"the payload's mass is {payload_mass!r} kg; a positive number accepted")
-    return team_lift(payload_mass + grippers, parameters.quadrotors(n), parameters.cables(n))
+FORCE = "use --force (force=True) to fly it anyway"
+"""End of the messages about what can be flown by force."""
+_ADVICE = "reduce the payload's mass or raise the thrust limit"
 
 
 def check_formation(
@@ -97,30 +27,29 @@ def check_formation(
     quadrotors: Sequence[QuadrotorParameters],
     cables: Sequence[CableParameters],
 ) -> None:
-    """Refuse several contacts from which taut, vertical cables cannot hold the payload level.
+    """Raise an error if taut vertical cables cannot hold a payload level; one contact always can.
 
     Parameters
     ----------
     p_LoC : (n, 3) array
-        Contacts from the centre of mass of what hangs [m].
+        Contacts from the centre of mass of all that hangs on the cables [m].
     mass : float
-        Of what hangs [kg].
-    quadrotors, cables : n of each
+        Mass of all that hangs on the cables [kg].
+    quadrotors, cables : sequences of n parameters
+        The team.
 
     Raises
     ------
     JobError
-        If all contacts are on one side of the centre of mass, the cables do not balance, or one must pull more than its quadrotor
-        can.
+        If all contacts are on one side of the centre of mass, the cables do not balance, or one of
+        them must pull more than its quadrotor can.
     """
     if len(p_LoC) == 1:
         return
-    from drake_aerial.contacts.feasibility.reasons import hanging_reasons
-
     up = np.array([[0.0, 0.0, cable.length] for cable in cables])
     reasons = hanging_reasons(p_LoC, p_LoC + up, np.zeros(2), team_lift(mass, quadrotors, cables))
     if reasons:
-        raise JobError(f"these contacts cannot be flown: {'; '.join(reasons)}; {FORCE}")
+        raise JobError(f"these contacts cannot be flown: {'; '.join(map(str, reasons))}; {FORCE}")
 
 
 def check_team(
@@ -129,35 +58,37 @@ def check_team(
     quadrotors: Sequence[QuadrotorParameters],
     cables: Sequence[CableParameters],
 ) -> None:
-    """Refuse a team that cannot lift its weight, or in which a quadrotor cannot lift its own.
+    """Raise an error if a team cannot lift its weight, or a quadrotor cannot lift its own.
 
     Parameters
     ----------
     payload : Payload
+        The payload, for the message.
     mass : float
-        Of what hangs, grippers included [kg].
-    quadrotors, cables : n of each
+        Mass of all that hangs on the cables, grippers included [kg].
+    quadrotors, cables : sequences of n parameters
+        The team.
 
     Raises
     ------
     InputError
-        With what the propellers give and what they need.
+        With the thrust that there is and the thrust that is needed.
     """
     n = len(quadrotors)
-    lift = np.array([quadrotor.thrust_limits[1] for quadrotor in quadrotors])
-    own = own_masses(quadrotors, cables)
+    thrust, own = _largest_thrusts(quadrotors), own_masses(quadrotors, cables)
     weight = GRAVITY * (mass + own.sum())
-    if lift.sum() <= weight:
+    if thrust.sum() <= weight:
         raise InputError(
-            f"the propellers of {n} quadrotor(s) push with {lift.sum():.2f} N at most, the weight of all that flies is "
-            f"{weight:.2f} N (payload {payload.mass:g} kg); a lighter payload or stronger propellers accepted"
+            f"the thrust of {n} quadrotor(s) must exceed the weight of all that flies, "
+            f"{weight:.2f} N (payload {payload.mass:g} kg), got {thrust.sum():.2f} N at most; "
+            f"{_ADVICE}"
         )
-    spare = lift - GRAVITY * own
+    spare = thrust - GRAVITY * own
     if (spare <= 0.0).any():
         i = int(np.argmin(spare))
         raise InputError(
-            f"quadrotor {i + 1} of {n} pushes with {lift[i]:.2f} N at most and weighs {GRAVITY * own[i]:.2f} N itself; "
-            "stronger propellers accepted"
+            f"the thrust of quadrotor {i + 1} of {n} must exceed its own weight, "
+            f"{GRAVITY * own[i]:.2f} N, got {thrust[i]:.2f} N at most; raise the thrust limit"
         )
 
 
@@ -168,45 +99,38 @@ def check_lift(
     quadrotors: Sequence[QuadrotorParameters],
     cables: Sequence[CableParameters],
 ) -> None:
-    """Refuse a team that cannot lift its weight, or in which a quadrotor cannot lift its own share.
+    """Raise an error if a team cannot lift its weight, or a quadrotor cannot lift its share.
 
-    Contacts that no pulling cables can hold level, all on one side of the centre of mass, are not judged here.
+    Contacts from which no cables can hold the payload level, all on one side of the centre of
+    mass, are not judged here.
 
     Parameters
     ----------
     payload : Payload
+        The payload, for the message.
     p_LoC : (n, 3) array
-        Contacts from the centre of mass of what hangs [m].
+        Contacts from the centre of mass of all that hangs on the cables [m].
     mass : float
-        Of what hangs [kg].
-    quadrotors, cables : n of each
+        Mass of all that hangs on the cables [kg].
+    quadrotors, cables : sequences of n parameters
+        The team.
 
     Raises
     ------
     InputError
-        With what the propellers give and what they need.
+        With the thrust that there is and the thrust that is needed.
     """
     check_team(payload, mass, quadrotors, cables)
-    n = len(quadrotors)
-    spare = np.array(
-        [quadrotor.thrust_limits[1] for quadrotor in quadrotors]
-    ) - GRAVITY * own_masses(quadrotors, cables)
-    A, b = level_balance(p_LoC, mass * GRAVITY)
-    if linprog(np.ones(n), A_eq=A, b_eq=b, bounds=(0.0, None)).status != 0:
-        return
-    # The least that the most overloaded cable must carry beyond what its quadrotor has to spare.
-    cost, rows = np.eye(1, n + 1, n)[0], np.hstack([np.eye(n), -np.ones((n, 1))])
-    least = linprog(
-        cost,
-        A_ub=rows,
-        b_ub=spare,
-        A_eq=np.hstack([A, np.zeros((len(A), 1))]),
-        b_eq=b,
-        bounds=[(0.0, None)] * n + [(None, None)],
-    )
-    if least.status == 0 and least.fun >= 0.0:
-        i = int(np.argmax(least.x[:n] - spare))
+    spare = _largest_thrusts(quadrotors) - GRAVITY * own_masses(quadrotors, cables)
+    overload = smallest_overload(p_LoC, mass * GRAVITY, spare)
+    if overload is not None and overload[0] >= 0.0:
+        i = int(np.argmax(overload[1] - spare))
         raise InputError(
-            f"quadrotor {i + 1} of {n} has {spare[i]:.2f} N to spare above its own weight, its share of a level payload of "
-            f"{payload.mass:g} kg is {least.x[i]:.2f} N; a lighter payload, stronger propellers or other contacts accepted"
+            f"quadrotor {i + 1} of {len(spare)} must bear its share of a level payload of "
+            f"{payload.mass:g} kg, {overload[1][i]:.2f} N, got {spare[i]:.2f} N above its own "
+            f"weight; {_ADVICE}, or choose other contacts"
         )
+
+
+def _largest_thrusts(quadrotors: Sequence[QuadrotorParameters]) -> Array:
+    return np.array([quadrotor.thrust_limits[1] for quadrotor in quadrotors])

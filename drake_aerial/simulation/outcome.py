@@ -1,4 +1,4 @@
-"""How a flight ends: completed, dropped, crashed or diverged; watched while it is simulated."""
+"""Outcome of a flight: a monitor that detects drops, crashes and divergence."""
 
 from __future__ import annotations
 
@@ -17,48 +17,52 @@ from drake_aerial.simulation.station import TransportStation
 OUTCOMES = ("completed", "dropped", "crashed", "diverged")
 Progress = Callable[[float, str], None]
 Watch = Callable[[Context], None]
-"""Sees the station's context, every 0.02 s of simulated time."""
+"""Called with the station's context every 0.02 s of simulated time; must not change it."""
 
 _NOTHING_DONE = EventStatus.DidNothing()
 _FLYING = float(FlightPhase.FLYING)
-_LOOK = 0.02
-_REPORT = 0.2
-_AFTERMATH = 0.5
+_CHECK_PERIOD = 0.02
+_REPORT_PERIOD = 0.2
+_TIME_AFTER_END = 0.5
 
 
 class FlightMonitor:
-    """A monitor for `Simulator.set_monitor`: releases overloaded grippers, sees how the flight ends, reports progress.
+    """Detect how a flight ends and report progress; a monitor for `Simulator.set_monitor`.
 
-    - dropped: a gripper let go; what became of the payload while others held it is in `after_drop`;
-    - crashed: a quadrotor touched anything, or the payload touched the ground while the reference was in the air;
-    - diverged: the payload went further than `max_error` from the reference, or never left the ground, or a number was not finite.
+    - dropped: a gripper let go; `after_drop` says what the others did;
+    - crashed: a quadrotor touched anything, or the payload touched the ground while the reference
+      was in the air;
+    - diverged: the payload was further than `max_error` from the reference, or never left the
+      ground, or a number was not finite.
 
-    The simulation goes on for half a second after a crash, or after no gripper holds any more, for the replay; and for `after_drop` seconds
-    after a drop while others hold, unless that ends in a crash or divergence.
+    The simulation continues for 0.5 s after a crash, or after the last gripper let go, for the
+    replay. After a drop while other grippers hold, it continues for `after_drop` seconds unless a
+    crash or divergence ends it.
 
     Parameters
     ----------
     station : TransportStation
     trajectory : Trajectory
-        As it is flown.
+        Reference as it is flown, returned by `TransportStation.place`.
     max_error : float
         [m]
     after_drop : float
         [s]
     progress : callable, optional
-        Called with the fraction flown and a word on it.
+        Called with the fraction flown and the time as text.
     watch : callable, optional
-        Called with the context every 0.02 s of simulated time, to look at and not to change.
+        Called with the context every 0.02 s of simulated time; must not change it.
 
     Attributes
     ----------
     outcome, reason : str
         One of `OUTCOMES`, and what happened if it is not "completed".
     time : float or None
-        When it happened [s].
+        Time at which it happened [s].
     after_drop : dict or None
-        Where others still held: "outcome", one of held, lost (no gripper holds any more), crashed, diverged; "reason"; and "time_s",
-        when that happened, or until when they were seen to hold [s].
+        After a drop with other grippers attached: "outcome" (held, lost if no gripper holds any
+        more, crashed or diverged), "reason" and "time_s", the time of that or the last time at
+        which they held [s].
     """
 
     def __init__(
@@ -90,34 +94,30 @@ class FlightMonitor:
         self._phase = (
             None if station.controller is None else station.GetOutputPort("controller.phase")
         )
-        release = station.cable_system.release
-        self._release = release if release is not None and release.is_needed else None
         self._quadrotors = {int(q.body.index()) for q in station.quadrotors}
         self._payload = int(station.payload_body.body.index())
-        self._next_look = self._next_report = 0.0
-        # Sampled once: a trajectory is far quicker for many times than many times for one.
-        count = int(np.ceil(trajectory.duration / _LOOK)) + 2
-        self._reference = trajectory.sample(_LOOK * np.arange(count)).p
+        self._next_check = self._next_report = 0.0
+        # One call for many times is much faster than many calls.
+        count = int(np.ceil(trajectory.duration / _CHECK_PERIOD)) + 2
+        self._reference = trajectory.sample(_CHECK_PERIOD * np.arange(count)).p
         phases = {phase.name: phase for phase in trajectory.phases}
-        # The payload may drag and swing while it is lifted; a second after the reference is up it must hang free.
-        begins_in_the_air = np.inf if "ground" in phases else 0.1
-        self._airborne = phases["lift"].end + 1.0 if "lift" in phases else begins_in_the_air
+        # The payload may drag and swing while it is lifted, and must be in the air 1 s later.
+        without_lift = np.inf if "ground" in phases else 0.1
+        self._airborne = phases["lift"].end + 1.0 if "lift" in phases else without_lift
 
     def __call__(self, context: Context) -> EventStatus:
-        """Look at the state after a step; ends the simulation when it is over."""
-        if self._release is not None:
-            self._release(context)
+        """Check the state after a step; end the simulation when the flight is over."""
         t = context.get_time()
-        if t < self._next_look - 1e-9:
+        if t < self._next_check - 1e-9:
             return _NOTHING_DONE
-        self._next_look = t + _LOOK
+        self._next_check = t + _CHECK_PERIOD
         if self._progress is not None and t >= self._next_report:
-            self._next_report = t + _REPORT
+            self._next_report = t + _REPORT_PERIOD
             self._progress(min(t / max(self._trajectory.duration, 1e-9), 1.0), f"flight {t:.1f} s")
         if self._watch is not None:
             self._watch(context)
         if self.is_open:
-            self._look(context, t)
+            self._check_state(context, t)
         if self._holding and self.after_drop is not None:
             self.after_drop["time_s"] = t
         over = t >= self._until - 1e-9
@@ -129,24 +129,24 @@ class FlightMonitor:
 
     @property
     def is_open(self) -> bool:
-        """Whether something is still to be seen: nothing has ended the flight, or the rest holds after a drop."""
+        """Whether the outcome is open: the flight has not ended, or grippers hold after a drop."""
         return self.time is None or self._holding
 
     @property
     def _holding(self) -> bool:
-        """Whether a gripper let go and the others hold."""
+        """Whether a gripper let go and others hold."""
         return self.after_drop is not None and self.after_drop["outcome"] == "held"
 
-    def _look(self, context: Context, t: float) -> None:
+    def _check_state(self, context: Context, t: float) -> None:
         station = self._station
         payload, quadrotors = (
             self._payload_state.Eval(context),
             self._quadrotor_states.Eval(context),
         )
-        desired = self._reference[min(round(t / _LOOK), len(self._reference) - 1)]
+        desired = self._reference[min(round(t / _CHECK_PERIOD), len(self._reference) - 1)]
         error = math.dist(payload[4:7], desired)
         if self._dropped_at is not None:
-            # The rest may stay where it happened.
+            # The remaining team may hold the payload where the drop happened.
             error = min(error, math.dist(payload[4:7], self._dropped_at))
         attached: Any = self._grippers.Eval(context) > 0.5
         if not math.isfinite(float(payload.sum()) + float(quadrotors.sum())):
@@ -163,36 +163,33 @@ class FlightMonitor:
         elif self.time is None and t > self._airborne and not self._flying(context):
             self.end("diverged", "the payload was not in the air when the reference was", t)
         else:
-            self._look_for_contacts(context, t)
+            self._check_contacts(context, t)
 
-    def _look_for_contacts(self, context: Context, t: float) -> None:
+    def _check_contacts(self, context: Context, t: float) -> None:
         results = self._contacts.Eval(context)
         for i in range(results.num_point_pair_contacts()):
             info = results.point_pair_contact_info(i)
             bodies = {int(info.bodyA_index()), int(info.bodyB_index())}
             if bodies & self._quadrotors:
                 what = "the payload" if self._payload in bodies else "the ground"
-                self.end(
-                    "crashed",
-                    f"a quadrotor touched {what if len(bodies & self._quadrotors) == 1 else 'another'}",
-                    t,
-                )
+                what = "another" if len(bodies & self._quadrotors) > 1 else what
+                self.end("crashed", f"a quadrotor touched {what}", t)
                 return
             if t > self._airborne and (self.time is None or self.time > self._airborne):
                 self.end("crashed", "the payload touched the ground", t)
                 return
 
     def _flying(self, context: Context) -> bool:
-        # Flight is the last phase.
+        # The phase `FLYING` is the last one.
         if self._phase is not None and self._phase.Eval(context)[0] >= _FLYING:
             self._phase = None
         return self._phase is None
 
     def end(self, outcome: str, reason: str, time: float) -> None:
-        """Record how the flight ended, and when [s]; after a drop, what became of the payload."""
+        """Record an outcome, its reason and time [s]; after a drop, that of the remaining team."""
         holding = outcome == "dropped" and self._attached.any()
         self._until = time + (
-            self._wait if holding else 0.0 if outcome == "diverged" else _AFTERMATH
+            self._wait if holding else 0.0 if outcome == "diverged" else _TIME_AFTER_END
         )
         if self.time is None:
             self.outcome, self.reason, self.time = outcome, reason, time

@@ -1,4 +1,4 @@
-"""The time series of a flight, from a station's logs."""
+"""Time series of a flight, from the logs of a station."""
 
 from __future__ import annotations
 
@@ -18,19 +18,22 @@ from drake_aerial.references.trajectory import Trajectory
 from drake_aerial.simulation.station import TransportStation
 
 TAKE_OFF = ("ground", "tensioning", "lifting")
-"""Phases before the reference's own: payload on the ground and cables slack, cables taking over the weight, payload rising."""
+"""Phases of the take-off, before those of the reference.
+
+Payload on the ground and cables slack; cables take over the weight; payload rises.
+"""
 
 Series = dict[str, Array]
 
 
 def phase_names(trajectory: Trajectory) -> tuple[str, ...]:
-    """Return the names that the integers in the series `phase` stand for."""
+    """Return the names of the integers in the series `phase`."""
     own = tuple(phase.name for phase in trajectory.phases if phase.name not in ("ground", "lift"))
     return TAKE_OFF + own
 
 
 def record(station: TransportStation, context: Context, trajectory: Trajectory) -> Series:
-    """Return the series of a flight, sampled every 10 ms; T samples, n quadrotors.
+    """Return the time series of a flight: T samples every 10 ms, n quadrotors.
 
     Parameters
     ----------
@@ -39,16 +42,21 @@ def record(station: TransportStation, context: Context, trajectory: Trajectory) 
     context : Context
         Of the station, after the simulation.
     trajectory : Trajectory
-        As it was flown (`TransportStation.place`).
+        Reference as it was flown, returned by `TransportStation.place`.
 
     Returns
     -------
     dict of arrays
-        time (T,) [s], phase (T,) int, payload_position, payload_velocity, reference_position, reference_velocity, com_position (T, 3) [m, m/s],
-        payload_quaternion (T, 4), payload_rate (T, 3) [rad/s], attitude_error, tilt (T,) [rad], quadrotor_position (T, n, 3),
-        quadrotor_quaternion (T, n, 4), contact_position (T, n, 3), tension, thrust (T, n) [N], moment (T, n, 3) [N m], in Q,
-        saturated (T, n) bool: a propeller at a limit; attached (T, n) bool: the gripper holds; with wind also wind (T, 3) [m/s],
-        the air's velocity in the world.
+        Vectors are in the world unless another frame is named.
+
+        - time (T,) [s]; phase (T,) int, see `phase_names`;
+        - payload_position, reference_position, com_position (T, 3) [m];
+        - payload_velocity, reference_velocity (T, 3) [m/s]; payload_rate (T, 3) [rad/s];
+        - payload_quaternion (T, 4); attitude_error, tilt (T,) [rad];
+        - quadrotor_position, contact_position (T, n, 3) [m]; quadrotor_quaternion (T, n, 4);
+        - tension, thrust (T, n) [N]; moment (T, n, 3) in Q [N m];
+        - saturated (T, n) bool: a propeller is at a limit; attached (T, n) bool: the gripper holds;
+        - wind (T, 3) [m/s], with wind only: velocity of the air.
     """
     time, payload = station.log(context, "payload.state")
     names = [
@@ -60,13 +68,9 @@ def record(station: TransportStation, context: Context, trajectory: Trajectory) 
     ]
     names += ["cables.attached"] + ["wind.velocity"] * (station.wind is not None)
     logs = [station.log(context, name)[1] for name in names]
-    # A simulation that broke off in the middle of a step may have logged some of its ports only.
-    count = min([len(payload)] + [len(log) for log in logs])
-    keep = np.isfinite(payload[:count]).all(axis=1) & np.isfinite(logs[0][:count]).all(axis=1)
-    time, payload = time[:count][keep], payload[:count][keep]
-    quadrotors, tension, commands, speeds, control, attached, *wind = (
-        log[:count][keep] for log in logs
-    )
+    keep = np.isfinite(payload).all(axis=1) & np.isfinite(logs[0]).all(axis=1)
+    time, payload = time[keep], payload[keep]
+    quadrotors, tension, commands, speeds, control, attached, *wind = (log[keep] for log in logs)
     n = station.n
     team = station.parameters.quadrotors(n)
     quadrotors, commands, speeds = (
@@ -104,7 +108,7 @@ def record(station: TransportStation, context: Context, trajectory: Trajectory) 
 
 
 def _phases(trajectory: Trajectory, time: Array, control: Array) -> Any:
-    """Return the phase (T,) int at every sample: the take-off's while it lasts and the reference rises, then the reference's."""
+    """Return the phase (T,) int: that of the take-off, then that of the reference."""
     names = phase_names(trajectory)
     phase = np.minimum(control, 2.0).astype(np.int64)
     for part in trajectory.phases:

@@ -1,4 +1,4 @@
-"""The transport station: payload, quadrotors, cables, perception and control as one Diagram with named ports."""
+"""The transport station: payload, quadrotors, cables, sensor and control as one Diagram."""
 
 from __future__ import annotations
 
@@ -6,63 +6,66 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import ExternallyAppliedSpatialForceMultiplexer
-from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, OutputPort
-from pydrake.systems.primitives import (
-    ConstantVectorSource,
-    Multiplexer,
-    VectorLogSink,
-    ZeroOrderHold,
-)
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort, System
+from pydrake.systems.primitives import ConstantVectorSource
 
-from drake_aerial.control.allocation import Allocation
-from drake_aerial.control.attitude import AttitudeController
 from drake_aerial.control.controller import PayloadController
-from drake_aerial.control.motor_lead import MotorLead
 from drake_aerial.control.take_off import FlightPhase
 from drake_aerial.errors import InputError
 from drake_aerial.estimation.state_sensor import StateSensor
 from drake_aerial.geometry import Array
-from drake_aerial.plant.cable import add_cable
 from drake_aerial.plant.cable_forces import connect_cables
-from drake_aerial.plant.gripper import add_gripper
-from drake_aerial.plant.motor_lag import MotorLag
+from drake_aerial.plant.part_checks import check_type, parameters_or_default
 from drake_aerial.plant.payload import Payload
-from drake_aerial.plant.payload_body import add_payload
-from drake_aerial.plant.quadrotor import add_quadrotor, connect_propellers
 from drake_aerial.plant.wind import Wind, connect_wind
-from drake_aerial.plant.world import add_ground, add_plant
 from drake_aerial.references.trajectory import Trajectory
+from drake_aerial.simulation.port_log import PortLog
+from drake_aerial.simulation.propulsion import add_propulsion
 from drake_aerial.simulation.resting_state import place_at_rest
-from drake_aerial.simulation.station_check import check_station
+from drake_aerial.simulation.station_check import check_contacts, check_station
 from drake_aerial.simulation.station_parameters import StationParameters
+from drake_aerial.simulation.station_plant import add_station_plant
 from drake_aerial.statics.gravity import GRAVITY
 
-LOG_PERIOD = 0.01
-"""Of the logs of a station [s]."""
+SENSED = ("payload_state", "quadrotor_states", "cable_directions", "attached")
+"""Output ports of the sensor; a controller may have input ports of these names."""
+
+Ports = tuple[OutputPort, OutputPort]
+"""Of the payload, and of the n quadrotors."""
 
 
 class TransportStation(Diagram):
-    """n quadrotors that carry one payload, with all that flies them.
+    """n quadrotors that carry one payload, with sensor, attitude loop and propellers.
 
     Exported ports, `<instance>.<port>`:
 
     | port | size | meaning |
     |---|---|---|
     | in `controller.reference` | abstract | a `Trajectory` (with a controller inside) |
-    | in `attitude.thrust_vectors` | 3 n | commanded thrusts in the world [N] (without a controller inside) |
+    | in `attitude.thrust_vectors` | 3 n | commanded thrusts in the world [N] (without one) |
     | out `payload.state` | 13 | w x y z, position, angular and linear velocity of L in the world |
     | out `quadrotors.state` | 13 n | the same of each Q |
-    | out `perception.payload_state`, `.quadrotor_states`, `.cable_directions`, `.attached` | 13, 13 n, 6 n, n | what is measured |
+    | out `perception.payload_state` | 13 | sampled state of L, with noise |
+    | out `perception.quadrotor_states` | 13 n | sampled states of the Q |
+    | out `perception.cable_directions` | 6 n | sampled unit directions and their rates [1/s] |
+    | out `perception.attached` | n | sampled `cables.attached` |
     | out `cables.tension` | n | [N] |
-    | out `cables.attached` | n | 1 where a gripper holds, 0 where it let go |
-    | out `controller.thrust_vectors`, `controller.phase` | 3 n, 1 | (with a controller inside) |
+    | out `cables.attached` | n | 1 where a gripper holds, 0 where it was released |
+    | out `controller.thrust_vectors` | 3 n | commanded thrusts [N] (with a controller inside) |
+    | out `controller.phase` | 1 | `FlightPhase` (with a controller inside) |
     | out `propellers.command` | 4 n | squared speeds within their limits [rpm^2] |
-    | out `propellers.squared_speed` | 4 n | [rpm^2]; the command itself where motors have no lag |
-    | out `wind.velocity` | 3 | of the air in the world [m/s] (with wind) |
+    | out `propellers.squared_speed` | 4 n | [rpm^2]; the command itself without motor lag |
+    | out `wind.velocity` | 3 | velocity of the air in the world [m/s] (with wind) |
     | out `plant.contact_results`, `scene_graph.query` | abstract | Drake's own |
 
-    Made by `make_transport_station`. It may serve any number of trials, each with a fresh context (`place`): Drake never frees a
-    diagram that holds Python systems.
+    A new context is at rest: the payload on the ground and each quadrotor in the air straight above
+    its contact, the cable slack by `initial_slack`. So `SetRandomContext` and Drake's Monte Carlo
+    tools start there too. `place` sets up a trial with a seed and a reference. `install` makes a
+    simulation release overloaded grippers.
+
+    Made by `make_transport_station`, for any number of trials, each with a new context: Drake never
+    frees a diagram that holds Python systems.
     """
 
     def __init__(
@@ -70,251 +73,163 @@ class TransportStation(Diagram):
         payload: Payload,
         p_LC: ArrayLike,
         normal_L: ArrayLike,
-        controller: LeafSystem | None,
+        controller: System | None,
         parameters: StationParameters,
         force: bool = False,
     ):
         super().__init__()
-        contacts = np.asarray(p_LC, dtype=float).reshape(-1, 3)
-        normals = np.broadcast_to(np.asarray(normal_L, dtype=float), contacts.shape)
-        n = len(contacts)
+        contacts, normals = check_contacts(payload, p_LC, normal_L)
         check_station(payload, contacts, parameters, force)
-        self.payload, self.p_LC, self.parameters, self.n = payload, contacts, parameters, n
-        self.controller = controller
+        if controller is not None:
+            check_type("controller", controller, System)
+        self.payload, self.p_LC, self.n = payload, contacts, len(contacts)
+        self.controller, self.parameters = controller, parameters
+        self._log = PortLog()
         builder = DiagramBuilder()
-        self.plant, self.scene_graph = add_plant(builder, parameters.step)
-        self.ground = add_ground(self.plant)
-        self.payload_body = add_payload(self.plant, payload)
-        names = ("",) if n == 1 else tuple(f"_{i}" for i in range(n))
-        self.quadrotors = [
-            add_quadrotor(self.plant, p, f"quadrotor{k}")
-            for p, k in zip(parameters.quadrotors(n), names, strict=True)
-        ]
-        cables, grippers = parameters.cables(n), parameters.grippers(n)
-        self.cables = []
-        for i, k in enumerate(names):
-            gripper = add_gripper(
-                self.plant, self.payload_body, contacts[i], normals[i], grippers[i], f"gripper{k}"
-            )
-            self.cables.append(
-                add_cable(self.plant, self.quadrotors[i], gripper, cables[i], f"cable{k}")
-            )
-        self.plant.Finalize()
-        self._logged: list[OutputPort] = []
-        self._logs: dict[str, slice] = {}
-        self._wire(builder)
-        self._add_log(builder)
+        parts = add_station_plant(builder, payload, contacts, normals, parameters)
+        self.plant, self.scene_graph, self.ground = parts.plant, parts.scene_graph, parts.ground
+        self.payload_body, self.quadrotors = parts.payload, parts.quadrotors
+        self.cables = parts.cables
+        states = parts.connect_states(builder)
+        self._add_state_sensor(builder, states, parts.connect_accelerations(builder))
+        self.propulsion = add_propulsion(
+            builder, self.plant, self.quadrotors, states[1], parameters
+        )
+        self._add_cables(builder, states)
+        drag = self._add_wind(builder, states)
+        self._sum_forces(builder, self.propulsion.forces, self.cable_system.forces, drag)
+        self._export_ports(builder, states)
+        self._connect_controller(builder)
+        self._log.connect(builder)
         builder.BuildInto(self)
         self.set_name("transport_station")
 
-    def _wire(self, builder: DiagramBuilder) -> None:
-        plant, n, parameters = self.plant, self.n, self.parameters
-        payload_state = plant.get_state_output_port(self.payload_body.model_instance)
-        states = builder.AddNamedSystem("quadrotor_states", Multiplexer([13] * n))
-        for i, quadrotor in enumerate(self.quadrotors):
-            builder.Connect(
-                plant.get_state_output_port(quadrotor.model_instance), states.get_input_port(i)
-            )
-        quadrotor_states = states.get_output_port()
-
+    def _add_state_sensor(self, builder: DiagramBuilder, states: Ports, rates: Ports) -> None:
+        """Add the sensor, which samples states with noise."""
+        p = self.parameters
         self.perception = builder.AddNamedSystem(
             "perception",
             StateSensor(
                 self.p_LC,
-                period=parameters.perception_period,
-                noise=parameters.noise,
-                measured_directions=parameters.measured_directions,
-                time_step=parameters.step,
+                period=p.perception_period,
+                noise=p.noise,
+                measured_directions=p.measured_directions,
+                time_step=p.step,
             ),
         )
-        builder.Connect(payload_state, self.perception.GetInputPort("payload_state"))
-        builder.Connect(quadrotor_states, self.perception.GetInputPort("quadrotor_states"))
-        accelerations = builder.AddNamedSystem("quadrotor_accelerations", Multiplexer([6] * n))
-        for i, quadrotor in enumerate(self.quadrotors):
-            port = plant.get_generalized_acceleration_output_port(quadrotor.model_instance)
-            builder.Connect(port, accelerations.get_input_port(i))
-        builder.Connect(
-            plant.get_generalized_acceleration_output_port(self.payload_body.model_instance),
-            self.perception.GetInputPort("payload_acceleration"),
-        )
-        builder.Connect(
-            accelerations.get_output_port(), self.perception.GetInputPort("quadrotor_accelerations")
-        )
+        for what, (payload, quadrotors) in (("state", states), ("acceleration", rates)):
+            builder.Connect(payload, self.perception.GetInputPort(f"payload_{what}"))
+            builder.Connect(quadrotors, self.perception.GetInputPort(f"quadrotor_{what}s"))
 
-        team = parameters.quadrotors(n)
-        propellers = [
-            Allocation(
-                q.propeller_positions,
-                q.thrust_coefficient,
-                q.thrust_coefficient * q.drag_ratio * q.propeller_spins,
-                q.min_rpm,
-                q.max_rpm,
-            )
-            for q in team
-        ]
-        inertia = np.stack([np.diag(q.inertia) for q in team])
-        self.attitude = builder.AddNamedSystem("attitude", AttitudeController(propellers, inertia))
-        builder.Connect(quadrotor_states, self.attitude.GetInputPort("quadrotor_states"))
-        commands, forces = connect_propellers(
-            builder, plant, self.quadrotors, motor_lag=parameters.motor_lag
-        )
-        wanted = self.attitude.GetOutputPort("propeller_commands")
-        self.hold: ZeroOrderHold | None = None
-        if parameters.attitude_period != 0.0:
-            # Two steps after the sensor: the controller's tick is over by then, and it holds what follows from the newest sample.
-            hold = ZeroOrderHold(parameters.attitude_period, 4 * n, 2.0 * parameters.step)
-            self.hold = builder.AddNamedSystem("attitude_hold", hold)
-            builder.Connect(wanted, hold.get_input_port())
-            wanted = hold.get_output_port()
-        self.motor_lead: MotorLead | None = None
-        if parameters.motor_lag != 0.0 and parameters.motor_lead:
-            lead = MotorLead(propellers, parameters.motor_lag, parameters.step)
-            self.motor_lead = builder.AddNamedSystem("motor_lead", lead)
-            builder.Connect(wanted, lead.get_input_port())
-            wanted = lead.get_output_port()
-        builder.Connect(wanted, commands)
-
-        self.cable_system = connect_cables(
-            builder, plant, self.cables, payload_state, quadrotor_states
-        )
+    def _add_cables(self, builder: DiagramBuilder, states: Ports) -> None:
+        """Add the system of the cables; the sensor samples which grippers hold."""
+        self.cable_system = connect_cables(builder, self.plant, self.cables, *states)
         builder.Connect(self.cable_system.attached_port, self.perception.GetInputPort("attached"))
-        applied = (
-            [forces] if self.cable_system.forces is None else [forces, self.cable_system.forces]
-        )
-        self.wind: Wind | None = None
-        if parameters.wind is not None:
-            states = (payload_state, quadrotor_states)
-            self.wind, push = connect_wind(
-                builder, plant, self.payload_body, self.quadrotors, *states, parameters.wind
-            )
-            applied.append(push)
-            self._export(builder, self.wind.get_output_port(), "wind.velocity", log=True)
-        if len(applied) > 1:
-            total = builder.AddNamedSystem(
-                "forces", ExternallyAppliedSpatialForceMultiplexer(len(applied))
-            )
-            for k, port in enumerate(applied):
-                builder.Connect(port, total.get_input_port(k))
-            applied = [total.get_output_port()]
-        builder.Connect(applied[0], plant.get_applied_spatial_force_input_port())
 
-        limited = turning = commands.get_system().get_output_port(0)
-        self.motors: MotorLag | None = None
-        if parameters.motor_lag != 0.0:
-            self.motors = builder.GetMutableSubsystemByName("propellers_lag")
-            turning = self.motors.get_output_port()
-        self._export(builder, payload_state, "payload.state", log=True)
-        self._export(builder, quadrotor_states, "quadrotors.state", log=True)
-        self._export(builder, self.cable_system.tension, "cables.tension", log=True)
-        self._export(builder, limited, "propellers.command", log=True)
-        self._export(builder, turning, "propellers.squared_speed", log=True)
-        self._export(builder, self.cable_system.attached_port, "cables.attached", log=True)
-        for name in ("payload_state", "quadrotor_states", "cable_directions", "attached"):
-            self._export(builder, self.perception.GetOutputPort(name), f"perception.{name}")
-        self._export(builder, plant.get_contact_results_output_port(), "plant.contact_results")
-        self._export(builder, self.scene_graph.get_query_output_port(), "scene_graph.query")
+    def _add_wind(self, builder: DiagramBuilder, states: Ports) -> OutputPort | None:
+        """Add wind and drag, if there is wind; return the forces of the drag."""
+        self.wind: Wind | None = None
+        if self.parameters.wind is None:
+            return None
+        parts = self.plant, self.payload_body, self.quadrotors
+        self.wind, forces = connect_wind(builder, *parts, *states, self.parameters.wind)
+        self._log.export(builder, self.wind.get_output_port(), "wind.velocity")
+        return forces
+
+    def _sum_forces(self, builder: DiagramBuilder, *forces: OutputPort | None) -> None:
+        """Apply the forces to the plant."""
+        ports = [port for port in forces if port is not None]
+        total = ExternallyAppliedSpatialForceMultiplexer(len(ports))
+        builder.AddNamedSystem("forces", total)
+        for k, port in enumerate(ports):
+            builder.Connect(port, total.get_input_port(k))
+        builder.Connect(total.get_output_port(), self.plant.get_applied_spatial_force_input_port())
+
+    def _export_ports(self, builder: DiagramBuilder, states: Ports) -> None:
+        """Export the output ports that every station has."""
+        payload_state, quadrotor_states = states
+        self._log.export(builder, payload_state, "payload.state")
+        self._log.export(builder, quadrotor_states, "quadrotors.state")
+        self._log.export(builder, self.cable_system.tension, "cables.tension")
+        self._log.export(builder, self.propulsion.command, "propellers.command")
+        self._log.export(builder, self.propulsion.squared_speed, "propellers.squared_speed")
+        self._log.export(builder, self.cable_system.attached_port, "cables.attached")
+        for name in SENSED:
+            builder.ExportOutput(self.perception.GetOutputPort(name), f"perception.{name}")
+        contacts = self.plant.get_contact_results_output_port()
+        builder.ExportOutput(contacts, "plant.contact_results")
+        builder.ExportOutput(self.scene_graph.get_query_output_port(), "scene_graph.query")
+
+    def _connect_controller(self, builder: DiagramBuilder) -> None:
+        """Add the controller, or export the port of the commanded thrusts without one."""
+        commanded = self.propulsion.thrust_vectors
         if self.controller is None:
-            builder.ExportInput(
-                self.attitude.GetInputPort("thrust_vectors"), "attitude.thrust_vectors"
-            )
+            builder.ExportInput(commanded, "attitude.thrust_vectors")
             return
         controller = builder.AddNamedSystem("controller", self.controller)
-        if not controller.HasOutputPort("thrust_vectors"):
+        name, size = "thrust_vectors", 3 * self.n
+        if not controller.HasOutputPort(name) or controller.GetOutputPort(name).size() != size:
             raise InputError(
-                f"a controller needs an output port thrust_vectors ({3 * n}), in the world [N]; this one has none"
+                f"`controller` must have an output port {name} of size {size}: thrusts in the "
+                "world [N]"
             )
-        # A controller need not look at everything.
-        for name in ("payload_state", "quadrotor_states", "cable_directions", "attached"):
+        # A controller may leave out inputs that it does not need.
+        for name in SENSED:
             if controller.HasInputPort(name):
                 builder.Connect(self.perception.GetOutputPort(name), controller.GetInputPort(name))
         thrusts = controller.GetOutputPort("thrust_vectors")
-        builder.Connect(thrusts, self.attitude.GetInputPort("thrust_vectors"))
+        builder.Connect(thrusts, commanded)
         if controller.HasInputPort("reference"):
             builder.ExportInput(controller.GetInputPort("reference"), "controller.reference")
-        self._export(builder, thrusts, "controller.thrust_vectors", log=True)
+        self._log.export(builder, thrusts, "controller.thrust_vectors")
         if controller.HasOutputPort("phase"):
             phase = controller.GetOutputPort("phase")
-        else:
-            # One that does not say takes itself for flying from the start.
-            phase = builder.AddNamedSystem(
-                "phase", ConstantVectorSource([float(FlightPhase.FLYING)])
-            ).get_output_port()
-        self._export(builder, phase, "controller.phase", log=True)
-
-    def _export(
-        self, builder: DiagramBuilder, port: OutputPort, name: str, *, log: bool = False
-    ) -> None:
-        builder.ExportOutput(port, name)
-        if log:
-            begin = sum(other.size() for other in self._logged)
-            self._logs[name] = slice(begin, begin + port.size())
-            self._logged.append(port)
-
-    def _add_log(self, builder: DiagramBuilder) -> None:
-        """Log what is to be logged by one system: the simulator asks every system at every step what it has to do."""
-        together = builder.AddNamedSystem(
-            "logged", Multiplexer([port.size() for port in self._logged])
-        )
-        for k, port in enumerate(self._logged):
-            builder.Connect(port, together.get_input_port(k))
-        self._log = builder.AddNamedSystem(
-            "log", VectorLogSink(together.get_output_port().size(), LOG_PERIOD)
-        )
-        builder.Connect(together.get_output_port(), self._log.get_input_port())
+        else:  # such a controller flies from the start
+            flying = ConstantVectorSource([float(FlightPhase.FLYING)])
+            phase = builder.AddNamedSystem("phase", flying).get_output_port()
+        self._log.export(builder, phase, "controller.phase")
 
     def place(
         self, context: Context, *, seed: int = 0, reference: Trajectory | None = None
     ) -> Trajectory | None:
-        """Set up a trial in a fresh context, at rest, with L's origin above the world's.
+        """Set up a trial at rest in a new context, with L's origin above the world's.
 
-        The payload stands on the ground and each quadrotor is in the air straight above its contact, its cable slack by
-        `initial_slack`; or, for a reference that does not begin on the ground, the payload hangs level (from one cable: as it comes to
-        rest) at `airborne_height` over where it would stand, its cables taut and vertical.
+        The payload stands on the ground and each quadrotor is in the air straight above its
+        contact, with its cable slack by `initial_slack`. If the reference does not begin on the
+        ground, the payload hangs `airborne_height` above its height on the ground, with taut
+        vertical cables; it is level, or from one cable as it comes to rest.
 
         Parameters
         ----------
         context : Context
-            Of this station (`CreateDefaultContext`), or of a diagram that holds it if no reference is given.
+            Context of this station, or without a reference of a diagram that holds it.
         seed : int
-            Of the measurement noise and the wind.
+            Random seed of the measurement noise and the wind.
         reference : Trajectory, optional
-            Fixed to the port `controller.reference`, moved so that it starts where the payload is.
+            Trajectory for the port `controller.reference`, moved to start where the payload is.
 
         Returns
         -------
         The moved trajectory, or None.
         """
-        parameters = self.parameters
-        airborne = (
-            reference is not None
-            and bool(reference.phases)
-            and reference.phases[0].name != "ground"
+        phases = () if reference is None else reference.phases
+        airborne = bool(phases) and phases[0].name != "ground"
+        plant_context = self.plant.GetMyMutableContextFromRoot(context)
+        p_WL, carried = place_at_rest(
+            self.plant, plant_context, self.cables, self.parameters, airborne
         )
-        p_WL, carried = place_at_rest(self, context, airborne)
-        self.perception.set_seed(self.perception.GetMyMutableContextFromRoot(context), seed)
-        if self.wind is not None:
-            self.wind.set_seed(self.wind.GetMyMutableContextFromRoot(context), seed)
-        # Pushing and turning as they must for what each carries now; the controller's first tick is one step away.
-        team = parameters.quadrotors(self.n)
-        thrust = GRAVITY * np.array([q.mass for q in team]) + carried
-        squares = np.repeat(
-            [u / (4.0 * q.thrust_coefficient) for u, q in zip(thrust, team, strict=True)], 4
-        )
+        for system in (self.perception, self.wind):
+            if system is not None:
+                system.set_seed(system.GetMyMutableContextFromRoot(context), seed)
+        # Thrust that holds what each quadrotor carries now, until the controller's first step.
+        masses = np.array([quadrotor.parameters.mass for quadrotor in self.quadrotors])
+        thrusts = GRAVITY * masses + carried
+        self.propulsion.set_thrusts(context, thrusts)
         if isinstance(self.controller, PayloadController):
-            upwards = thrust[:, None] * np.array([0.0, 0.0, 1.0])
             self.controller.set_thrusts(
-                self.controller.GetMyMutableContextFromRoot(context), upwards
+                self.controller.GetMyMutableContextFromRoot(context),
+                thrusts[:, None] * np.array([0.0, 0.0, 1.0]),
             )
-        if self.motors is not None:
-            self.motors.set_speeds(
-                self.motors.GetMyMutableContextFromRoot(context), np.sqrt(squares)
-            )
-        if self.motor_lead is not None:
-            self.motor_lead.set_speeds(
-                self.motor_lead.GetMyMutableContextFromRoot(context), np.sqrt(squares)
-            )
-        if self.hold is not None:
-            self.hold.SetVectorState(self.hold.GetMyMutableContextFromRoot(context), squares)
         if reference is None:
             return None
         moved = reference.starting_at(p_WL)
@@ -322,12 +237,22 @@ class TransportStation(Diagram):
             self.GetInputPort("controller.reference").FixValue(context, AbstractValue.Make(moved))
         return moved
 
+    def install(self, simulator: Simulator) -> None:
+        """Let overloaded grippers go in a simulation of this station, or of a diagram with it.
+
+        Call it after `set_monitor` and before `Initialize`; see `CableSystem.install`.
+        """
+        self.cable_system.install(simulator)
+
     def log(self, root_context: Context, name: str) -> tuple[Array, Array]:
-        """Return times (T,) [s] and values (T, size) of a logged output port, by its exported name."""
-        if name not in self._logs:
-            raise InputError(f"no log of {name!r}: give one of {', '.join(self._logs)}")
-        log = self._log.FindLog(root_context)
-        return np.array(log.sample_times()), np.array(log.data()[self._logs[name]].T)
+        """Return times (T,) [s] and values (T, size) of a logged output port by its exported name.
+
+        Raises
+        ------
+        InputError
+            If no port of this name is logged.
+        """
+        return self._log.read(root_context, name)
 
 
 def make_transport_station(
@@ -335,7 +260,7 @@ def make_transport_station(
     p_LC: ArrayLike,
     normal_L: ArrayLike = (0.0, 0.0, 1.0),
     *,
-    controller: LeafSystem | None = None,
+    controller: System | None = None,
     parameters: StationParameters | None = None,
     force: bool = False,
 ) -> TransportStation:
@@ -346,27 +271,30 @@ def make_transport_station(
     payload : Payload
         In the tracked frame L (`Payload.in_tracked_frame`), z up at rest.
     p_LC : (n, 3)
-        Contacts in L [m], one per quadrotor.
+        Contacts in L [m], one per quadrotor, at most 2 cm from the payload's surface.
     normal_L : (n, 3) or (3,)
-        Outward surface normals there.
-    controller : LeafSystem, optional
-        A `PayloadController`; without one the station takes thrust vectors at its port `attitude.thrust_vectors`.
+        Outward surface normals at the contacts, of any length but zero.
+    controller : System, optional
+        A `PayloadController`, or a system with some of its input ports and the output port
+        `thrust_vectors`. Without one the station has the input port `attitude.thrust_vectors`.
     parameters : StationParameters, optional
     force : bool
-        Whether a team is accepted that cannot lift its payload.
+        Whether to accept a team that cannot lift its payload.
 
     Raises
     ------
     InputError
-        If the propellers cannot lift the weight, the elastic cables' step is unstable, or a parameter is bad.
+        If the team cannot lift the payload, a contact is off the surface, the step of the elastic
+        cables is unstable, or another parameter is bad.
 
     Examples
     --------
     >>> from drake_aerial import Payload, make_transport_station
     >>> station = make_transport_station(Payload.from_box([0.4, 0.4, 0.2], 0.25), [[0.0, 0.0, 0.1]])
-    >>> station.GetOutputPort("cables.tension").size(), station.GetInputPort("attitude.thrust_vectors").size()
-    (1, 3)
+    >>> station.GetOutputPort("cables.tension").size()
+    1
+    >>> station.GetInputPort("attitude.thrust_vectors").size()
+    3
     """
-    return TransportStation(
-        payload, p_LC, normal_L, controller, parameters or StationParameters(), force
-    )
+    parameters = parameters_or_default(parameters, StationParameters)
+    return TransportStation(payload, p_LC, normal_L, controller, parameters, force)

@@ -1,4 +1,4 @@
-"""Everything about a station but the payload, the contacts and the controller."""
+"""Parameters of a station, apart from payload, contacts and controller."""
 
 from __future__ import annotations
 
@@ -89,15 +89,15 @@ class StationParameters:
         return ELASTIC_TIME_STEP if first.kind == "elastic" else TIME_STEP
 
     def quadrotors(self, n: int) -> tuple[QuadrotorParameters, ...]:
-        """Return the parameters of n quadrotors. Raises InputError if another number is given."""
+        """Return the parameters of n quadrotors; raise InputError for another number."""
         return each(self.quadrotor, n, "quadrotors")
 
     def cables(self, n: int) -> tuple[CableParameters, ...]:
-        """Return the parameters of n cables. Raises InputError if another number is given."""
+        """Return the parameters of n cables; raise InputError for another number."""
         return each(self.cable, n, "cables")
 
     def grippers(self, n: int) -> tuple[GripperParameters, ...]:
-        """Return the parameters of n grippers. Raises InputError if another number is given."""
+        """Return the parameters of n grippers; raise InputError for another number."""
         return each(self.gripper, n, "grippers")
 
     def cable_lengths(self, n: int) -> Array:
@@ -105,21 +105,21 @@ class StationParameters:
         return np.array([cable.length for cable in self.cables(n)])
 
     def with_cable_kind(self, kind: CableKind) -> StationParameters:
-        """Return the same team with all cables of another kind, their lengths kept."""
+        """Return the same parameters with all cables of another kind."""
         if isinstance(self.cable, CableParameters):
             return replace(self, cable=replace(self.cable, kind=kind))
         return replace(self, cable=tuple(replace(cable, kind=kind) for cable in self.cable))
 
 
 def each(given: Part | Sequence[Part], n: int, what: str) -> tuple[Part, ...]:
-    """Return n parameter sets, of one for all or of a sequence of n.
+    """Return n parameter sets from one for all or from a sequence of n.
 
     Parameters
     ----------
     given : parameters, or a sequence of n of them
     n : int
     what : str
-        The plural, for the error.
+        Plural noun for the error.
 
     Raises
     ------
@@ -130,6 +130,7 @@ def each(given: Part | Sequence[Part], n: int, what: str) -> tuple[Part, ...]:
         return (given,) * n
     if len(given) != n:
         raise InputError(
-            f"parameters of {len(given)} {what} for {n} contact(s); one for all or {n} accepted"
+            f"parameters of the {what} must be one for all or {n}, one per contact, "
+            f"got {len(given)}"
         )
     return tuple(given)

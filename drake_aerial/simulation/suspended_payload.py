@@ -11,13 +11,11 @@ from numpy.typing import ArrayLike
 from drake_aerial import geometry
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, Pose
+from drake_aerial.plant.part_checks import check_contact_distances
 from drake_aerial.plant.payload import TABLE_MASS, Payload
 
 if TYPE_CHECKING:
     from drake_aerial.cloud.point_cloud import PointCloud
-
-MAX_CONTACT_DISTANCE = 0.02
-"""Largest accepted distance of a contact from the payload's surface [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +113,7 @@ class SuspendedPayload:
             p_LC, normal_L, moved = _closest_contacts(payload, p_LC, normal_L)
         else:
             assert scan_L is not None
-            _check_distances(_distances_from_scan(p_LC, scan_L), payload.name)
+            check_contact_distances(_distances_from_scan(p_LC, scan_L), payload.name)
         return cls(payload, p_LC, normal_L, scan_L, moved)
 
 
@@ -125,7 +123,7 @@ def _closest_contacts(payload: Payload, p_LC: Array, normal_L: Array) -> tuple[A
     Each normal is on the same side as the given one.
     """
     points, normals, distances = payload.closest_point(p_LC)
-    _check_distances(distances, payload.name)
+    check_contact_distances(distances, payload.name)
     normals[np.sum(normals * normal_L, axis=1) < 0.0] *= -1.0
     return points, normals, distances
 
@@ -135,14 +133,3 @@ def _distances_from_scan(p_LC: Array, scan_L: Array) -> Array:
     gaps = np.linalg.norm(p_LC[:, None, :] - scan_L[None], axis=2)
     spacing = np.sqrt(np.prod(np.sort(np.ptp(scan_L, axis=0))[1:]) / len(scan_L))
     return np.maximum(0.0, gaps.min(axis=1) - spacing)
-
-
-def _check_distances(distances: Array, name: str) -> None:
-    """Raise InputError for the first contact that is too far from the surface."""
-    for i, distance in enumerate(distances):
-        if distance > MAX_CONTACT_DISTANCE:
-            raise InputError(
-                f"contact {i + 1} of {len(distances)} must be at most "
-                f"{100 * MAX_CONTACT_DISTANCE:g} cm from the surface of payload {name!r}, "
-                f"got {100 * distance:.1f} cm"
-            )

@@ -81,7 +81,7 @@ def prepare_flight(
         ranks = ", ".join(str(s.rank) for s in contacts.solutions) or "none"
         raise InputError(f"`solution` must be one of the ranks {ranks}, got {solution}")
     if not (chosen.feasible or force):
-        reasons = "; ".join(chosen.reasons) or "no reason is given"
+        reasons = "; ".join(map(str, chosen.reasons)) or "no reason is given"
         raise JobError(f"solution {solution} is marked infeasible: {reasons}; {FORCE}")
     if payload is not None and not isinstance(payload, Payload):
         payload = Payload.read(payload)

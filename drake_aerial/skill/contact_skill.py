@@ -30,9 +30,9 @@ SCHEMA = "drake_aerial/skill"
 VERSION = 1
 
 _FEATURE_ARRAYS = ("p", "q", "r", "anisotropy", "rim")
-# Written for earlier programs, which read files of this version and require the entry. It weighted
-# quadrotor positions in H, which no transfer had (docs/readings.md).
-_ALPHA = {"alpha": 50.0}
+# Earlier programs read files of this version and require `alpha` in their configuration. It had no
+# effect on any result (docs/readings.md); it is written and not read.
+_ALPHA = 50.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,8 +105,12 @@ class ContactSkill:
             "parameters": record_to_mapping(self.parameters),
             "rho": self.task.features.rho,
             "edge_saliency": self.task.features.edge_saliency,
-            "configuration": _ALPHA
-            | {"sigma_p": c.sigma_p, "sigma_q": c.sigma_q, "axial": c.axial},
+            "configuration": {
+                "sigma_p": c.sigma_p,
+                "sigma_q": c.sigma_q,
+                "alpha": _ALPHA,
+                "axial": c.axial,
+            },
         }
         arrays: dict[str, np.ndarray] = {
             "schema": np.array(SCHEMA),
@@ -189,6 +193,7 @@ class ContactSkill:
     @classmethod
     def _from_arrays(cls, arrays: dict[str, np.ndarray]) -> ContactSkill:
         metadata = mapping_from_json(str(arrays["metadata"]), "metadata")
+        metadata["configuration"].pop("alpha", None)
         parameters = record_from_mapping(LearningParameters, metadata["parameters"], "parameters")
         rho, edge_saliency = metadata["rho"], metadata["edge_saliency"]
 
@@ -200,7 +205,6 @@ class ContactSkill:
             return SurfaceFeatures(**parts, rho=rho, edge_saliency=edge_saliency)
 
         bandwidth, count = parameters.bandwidth, range(metadata["grippers"])
-        configuration = {k: v for k, v in metadata["configuration"].items() if k not in _ALPHA}
         return cls(
             label=metadata["label"],
             description=metadata["description"],
@@ -227,7 +231,7 @@ class ContactSkill:
                 pose("configuration_X_FG"),
                 arrays["configuration_p_FQ"],
                 arrays["configuration_cable_length"],
-                **configuration,
+                **metadata["configuration"],
             ),
         )
 

@@ -1,1 +1,1 @@
-"""Statics of a hanging payload: tensions, load shares, lift, equilibrium. No search, no simulation."""
+"""Statics of a hanging payload: equilibrium, tensions, load shares, lift. No search, no flight."""

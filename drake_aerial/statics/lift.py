@@ -1,4 +1,4 @@
-"""What is known of a payload's weight and of the thrust there is to lift it."""
+"""What quadrotors can lift: the largest tension of each cable, and overload of a level payload."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from annotated_types import Len
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
 from drake_aerial.io.records import Positive, record
+from drake_aerial.statics.equilibrium import level_balance
 from drake_aerial.statics.gravity import GRAVITY
 
 
@@ -20,7 +21,7 @@ class Lift:
     Raises
     ------
     InputError
-        If a number is not positive, or the tuples differ in length.
+        If a number is not positive and finite, or the tuples are empty or differ in length.
     """
 
     payload_mass: Positive
@@ -43,9 +44,10 @@ class Lift:
         return GRAVITY * self.payload_mass
 
     def largest_tension(self, direction: Array) -> Array:
-        """Return the largest tension (n,) [N] that each quadrotor holds at rest along its cable.
+        """Return the largest cable tension (n,) [N] at which each quadrotor can hover.
 
-        The thrust balances tension and own weight: |T d + m g e_z| = max_thrust; zero where it does not lift itself.
+        The thrust balances tension and own weight: |T d + m g e_z| = max_thrust. Zero for a
+        quadrotor that cannot lift itself.
 
         Parameters
         ----------
@@ -56,3 +58,37 @@ class Lift:
         up = own * direction[:, 2]
         room = thrust**2 - own**2
         return np.where(room > 0.0, np.sqrt(np.maximum(up**2 + room, 0.0)) - up, 0.0)
+
+
+def smallest_overload(p_LoC: Array, weight: float, spare: Array) -> tuple[float, Array] | None:
+    """Return by how much vertical cables that hold a payload level must exceed what they can bear.
+
+    Parameters
+    ----------
+    p_LoC : (n, 3) array
+        Contacts from the payload's centre of mass [m].
+    weight : float
+        Weight of the payload [N].
+    spare : (n,) array
+        Tension that each quadrotor can bear [N].
+
+    Returns
+    -------
+    (float, (n,) array) or None
+        The largest excess of a tension over `spare` [N], as small as the tensions can make it, and
+        those tensions [N]. None if no non-negative tensions hold the payload level.
+    """
+    from scipy.optimize import linprog
+
+    n = len(p_LoC)
+    A, b = level_balance(p_LoC, weight)
+    # Unknowns: the tensions, and the largest excess.
+    best = linprog(
+        np.append(np.zeros(n), 1.0),
+        A_ub=np.hstack([np.eye(n), -np.ones((n, 1))]),
+        b_ub=spare,
+        A_eq=np.hstack([A, np.zeros((len(A), 1))]),
+        b_eq=b,
+        bounds=[*[(0.0, None)] * n, (None, None)],
+    )
+    return (float(best.fun), np.asarray(best.x[:n], float)) if best.success else None

@@ -15,15 +15,17 @@ from drake_aerial.study.contacts import (
     SPARE,
     ContactTask,
     FoundContacts,
+    cached_scan,
+    cached_skill,
     find_contacts,
-    seen,
-    taught,
 )
+from drake_aerial.study.executors import Executor, open_executor
 from drake_aerial.study.plan import StudyPlan
-from drake_aerial.study.records import StudyFolder, read_records
+from drake_aerial.study.records import read_records, sort_records
 from drake_aerial.study.scans import write_scan
-from drake_aerial.study.trials import FlownTrial, TrialTask, fly_trial, plan_trials
-from drake_aerial.study.workers import Workers, hired
+from drake_aerial.study.study_folder import StudyFolder
+from drake_aerial.study.trial_tasks import TrialTask, plan_trials
+from drake_aerial.study.trials import FlownTrial, fly_trial
 
 Progress = Callable[[float, str], None]
 _Found = dict[str, tuple[ContactSolutions | None, str | None]]
@@ -31,21 +33,21 @@ _Found = dict[str, tuple[ContactSolutions | None, str | None]]
 
 @dataclass(frozen=True)
 class StudySummary:
-    """What a campaign did.
+    """The result of `run_study`.
 
     Attributes
     ----------
     folder : Path
     planned, found, flown : int
-        Records that the plan makes, that were there already, and that were added.
+        Records of the plan, records that existed before, and records that were added.
     outcomes : dict
         Number of records by outcome.
     errors : tuple of str
-        One line for every trial or transfer that failed for another reason than its physics; it has no record.
+        One line for every transfer or trial that raised an unexpected error; it has no record.
     complaints : tuple of str
         One line for every damaged line of the records.
     wall_s, cpu_s : float
-        Of this campaign, and of all its flights [s].
+        Duration of the call, and processor time of all flights [s].
     """
 
     folder: Path
@@ -87,37 +89,38 @@ def run_study(
     scheduler: str | None = None,
     progress: Progress | None = None,
 ) -> StudySummary:
-    """Run a study, or what is left of one that was interrupted.
+    """Run a study; resume it if it was interrupted.
 
-    Everything is kept in `out`: study.yaml (the plan), contacts, scans, skills, and one line of records.jsonl and a file of
-    series for every trial, written as it ends. Whoever is killed when, the same call goes on where it stopped; the records
-    depend on the plan alone, not on the workers.
+    The folder holds study.yaml (the plan), contacts, scans, skills, one line of records.jsonl per
+    trial and its time series, each written when the trial ends. If a run is killed at any point,
+    the same call resumes it. The records depend on the plan only, not on the workers.
 
     Parameters
     ----------
     plan : StudyPlan, path or name
         "paper" is the published study.
     out : path
-        A folder.
+        Folder of the study.
     workers : int
-        0: in this process; otherwise so many processes. A script that asks for processes needs the usual
+        Number of processes; 0 runs in this process. A script that uses processes needs
         ``if __name__ == "__main__":``.
     scheduler : str, optional
-        Address of a Dask scheduler, instead of local processes; its workers need the package and the plan's files.
+        Address of a Dask scheduler, instead of local processes; its workers need the package and
+        the plan's files.
     progress : callable, optional
-        Called with the fraction done and how much is left.
+        Called with the fraction done and a text.
 
     Returns
     -------
     StudySummary
-        Its `errors` are to be looked at: they are defects, and their trials have no records.
+        Its `errors` are defects; their trials have no records.
 
     Raises
     ------
     InputError
-        For a bad plan, or a folder that holds another study or records that this one does not make.
+        If the plan is invalid, or the folder holds another study or records of other inputs.
     JobError
-        If the cluster is lost; the same call goes on.
+        If the cluster is lost; the same call resumes the study.
 
     Examples
     --------
@@ -125,8 +128,9 @@ def run_study(
     >>> from drake_aerial import Condition, StudyPlan, run_study
     >>> from drake_aerial.references.trajectory import HoverTrajectory
     >>> from drake_aerial.study.plan import Flights
-    >>> middle = ("middle", ((0.0, 0.0, 0.14),))
-    >>> held = Condition("held", "box_68x68x28", trajectory=HoverTrajectory(hover_time=1.0), contacts=(middle,))
+    >>> hover = HoverTrajectory(hover_time=1.0)
+    >>> contacts = (("middle", ((0.0, 0.0, 0.14),)),)
+    >>> held = Condition("held", "box_68x68x28", trajectory=hover, contacts=contacts)
     >>> plan = StudyPlan("small", (held,), (Flights(("held",), ("task",), solutions=1, trials=2),))
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     run_study(plan, folder).outcomes
@@ -135,34 +139,19 @@ def run_study(
     plan = plan if isinstance(plan, StudyPlan) else StudyPlan.read(plan)
     report = progress or (lambda fraction, what: None)
     began = time.perf_counter()
-    with StudyFolder.opened(out, plan) as folder, hired(workers, scheduler) as staff:
-        errors: list[str] = []
+    errors: list[str] = []
+    with (
+        StudyFolder(out).opened_for(plan) as folder,
+        open_executor(workers, scheduler) as executor,
+    ):
         _write_inputs(plan, folder)
-        found = _contacts(plan, folder, staff, report, errors)
-        tasks = _trials(plan, found)
-        records, complaints = read_records(folder.path)
-        done = {record["key"] for record in records}
-        foreign = done - {task.key for task in tasks}
-        if foreign and not errors:
-            raise InputError(
-                f"{folder.path} holds {len(foreign)} records that this study does not make, such as {min(foreign)}: "
-                "a payload, a demonstration or the contacts changed; give another folder (--out)"
-            )
-        waiting = [task for task in tasks if task.key not in done]
-        clock = _Clock(tasks, waiting, report)
-        flown = 0
-        for task, result in staff.run(fly_trial, waiting):
-            if isinstance(result, FlownTrial):
-                folder.append(result)
-                flown += 1
-            else:
-                errors.append(f"{task.name}: {type(result).__name__}: {one_line(result)}")
-            clock.passed(task)
-        folder.sort([task.key for task in tasks])
+        tasks = _plan_trials(plan, _find_contacts(plan, folder, executor, report, errors))
+        done = _recorded(folder, tasks, complete=not errors)
+        flown = _fly_trials(tasks, done, folder, executor, report, errors)
+        sort_records(folder.path, [task.key for task in tasks])
         wall = time.perf_counter() - began
-        folder.note_timing(
-            {}, {"wall_s": round(wall, 1), "flights": flown, "workers": scheduler or workers}
-        )
+        session = {"wall_s": round(wall, 1), "flights": flown, "workers": scheduler or workers}
+        folder.add_timing({}, session)
         records, complaints = read_records(folder.path)
     return StudySummary(
         folder=Path(out),
@@ -178,68 +167,101 @@ def run_study(
 
 
 def _write_inputs(plan: StudyPlan, folder: StudyFolder) -> None:
-    """Leave what the methods were shown beside the records: scans and skills."""
+    """Write the scan and the skill of each condition beside the records."""
     for condition in plan.conditions:
-        path = folder.path / "scans" / f"{condition.name}.npz"
+        path = folder.scan_path(condition.name)
         if not path.exists():
-            write_scan(path, seen(condition, plan.seed))
+            write_scan(path, cached_scan(condition, plan.seed))
         if condition.demonstration is not None:
-            path = folder.path / "skills" / f"{Path(condition.demonstration).stem}.npz"
+            path = folder.skill_path(condition.demonstration)
             if not path.exists():
-                taught(condition.demonstration).save(path)
+                cached_skill(condition.demonstration).save(path)
 
 
-def _contacts(
-    plan: StudyPlan, folder: StudyFolder, staff: Workers, report: Progress, errors: list[str]
+def _find_contacts(
+    plan: StudyPlan, folder: StudyFolder, executor: Executor, report: Progress, errors: list[str]
 ) -> _Found:
-    """Return the contacts by name, from their files or found now, with the reason where there are none."""
+    """Return contacts, or the transfer's error, by name; from their files or computed now."""
     wanted: dict[str, ContactTask] = {}
     for arm in plan.arms():
         top = arm.solutions + SPARE
         if arm.contacts in wanted:
             top = max(top, wanted[arm.contacts].top)
         wanted[arm.contacts] = ContactTask(arm.condition, arm.method, plan.seed, top)
-    paths = {name: folder.path / "contacts" / f"{name}.json" for name in wanted}
-    missing = [task for name, task in wanted.items() if not paths[name].exists()]
+    missing = [task for name, task in wanted.items() if not folder.contacts_path(name).exists()]
     found: _Found = {}
-    times: dict[str, dict[str, float]] = {}
-    for count, (task, result) in enumerate(staff.run(find_contacts, missing)):
-        report(0.0, f"contacts {count + 1}/{len(missing)}")
+    times = {}
+    for count, (task, result) in enumerate(executor.run(find_contacts, missing), 1):
+        report(0.0, f"contacts {count}/{len(missing)}")
         if not isinstance(result, FoundContacts):
             errors.append(f"contacts {task.name}: {type(result).__name__}: {one_line(result)}")
             continue
         times[task.name] = {"wall_s": round(result.wall_s, 3), "cpu_s": round(result.cpu_s, 3)}
         found[task.name] = (None, result.failure)
         if result.contacts is not None:
-            result.contacts.write(paths[task.name])
+            result.contacts.write(folder.contacts_path(task.name))
     if times:
-        folder.note_timing(times)
-    # Read back even if just found, so that a campaign that goes on flies the very same numbers.
-    for name, path in paths.items():
-        if path.exists():
-            found[name] = (ContactSolutions.read(path), None)
+        folder.add_timing(times)
+    # Read new contacts from their files too, so that a resumed study flies the same numbers.
+    for name in wanted:
+        if folder.contacts_path(name).exists():
+            found[name] = (ContactSolutions.read(folder.contacts_path(name)), None)
     return found
 
 
-def _trials(plan: StudyPlan, found: _Found) -> list[TrialTask]:
+def _plan_trials(plan: StudyPlan, found: _Found) -> list[TrialTask]:
     fingerprints = {condition.name: condition.fingerprint() for condition in plan.conditions}
-    tasks: list[TrialTask] = []
-    for arm in plan.arms():
-        if arm.contacts in found:
-            contacts, failure = found[arm.contacts]
-            tasks += plan_trials(
-                arm,
-                contacts,
-                failure,
-                seed=plan.seed,
-                fingerprint=fingerprints[arm.condition.name],
-                fly_infeasible=plan.fly_infeasible,
-            )
-    return tasks
+    return [
+        task
+        for arm in plan.arms()
+        if arm.contacts in found
+        for task in plan_trials(
+            arm,
+            *found[arm.contacts],
+            seed=plan.seed,
+            fingerprint=fingerprints[arm.condition.name],
+            fly_infeasible=plan.fly_infeasible,
+        )
+    ]
 
 
-class _Clock:
-    """Says how much is done and how long the rest will take, at the rate so far, every trial weighed by what it costs."""
+def _recorded(folder: StudyFolder, tasks: list[TrialTask], *, complete: bool) -> set[str]:
+    """Return the keys of the records; raise InputError if some belong to no task."""
+    done = {record["key"] for record in read_records(folder.path)[0]}
+    foreign = done - {task.key for task in tasks}
+    if foreign and complete:
+        raise InputError(
+            f"{folder.path} holds {len(foreign)} records that this study does not make, such as "
+            f"{min(foreign)}: a payload, a demonstration or the contacts changed; "
+            "give another folder (--out)"
+        )
+    return done
+
+
+def _fly_trials(
+    tasks: list[TrialTask],
+    done: set[str],
+    folder: StudyFolder,
+    executor: Executor,
+    report: Progress,
+    errors: list[str],
+) -> int:
+    """Fly the trials without a record, write their records, and return their number."""
+    waiting = [task for task in tasks if task.key not in done]
+    clock = _ProgressClock(tasks, waiting, report)
+    flown = 0
+    for task, result in executor.run(fly_trial, waiting):
+        if isinstance(result, FlownTrial):
+            folder.append(result.record, result.series)
+            flown += 1
+        else:
+            errors.append(f"{task.name}: {type(result).__name__}: {one_line(result)}")
+        clock.advance(task)
+    return flown
+
+
+class _ProgressClock:
+    """Reports progress and the time left, from the rate so far and the cost of each trial."""
 
     def __init__(self, tasks: list[TrialTask], waiting: list[TrialTask], report: Progress):
         flights = [task for task in tasks if task.cost > 0.0]
@@ -252,8 +274,8 @@ class _Clock:
         self._began = time.perf_counter()
         self._tell()
 
-    def passed(self, task: TrialTask) -> None:
-        """Take note that a trial has ended."""
+    def advance(self, task: TrialTask) -> None:
+        """Count a trial that has ended."""
         self._left -= task.cost
         self._spent += task.cost
         self._flown += task.cost > 0.0

@@ -1,4 +1,4 @@
-"""Seeds by name: every draw of a study derives from the plan's one seed, whoever draws it and when."""
+"""Random seeds by name: every draw of a study derives from the plan's master seed."""
 
 from __future__ import annotations
 
@@ -8,22 +8,23 @@ import numpy as np
 
 
 def seed_of(base: int, *names: str | int) -> int:
-    """Return the seed that belongs to `names` under a base seed: the same everywhere, unrelated to any other's.
+    """Return the seed that belongs to `names` under a master seed.
 
-    A scan's seed is that of ("scan",), a transfer's of ("contacts",), a trial's of ("flight", trial): conditions on one
-    payload see the same scan, methods see the same scan and draw from the same generator, and trials are paired by their number.
+    A scan's names are ("scan",), a transfer's ("contacts",), a trial's ("flight", trial).
+    Conditions on one payload have the same scan, all methods the same scan and generator, and
+    trials are paired by their number.
 
     Parameters
     ----------
     base : int
-        Of the plan, not negative.
+        Master seed of the plan, not negative.
     names : str or int
-        What the draw is for.
+        Purpose of the draw.
 
     Returns
     -------
     int
-        Below 2^31.
+        Below 2^31; the same on every machine.
     """
     digest = hashlib.sha256("/".join(str(name) for name in names).encode()).digest()
     words = np.frombuffer(digest[:16], dtype="<u4")

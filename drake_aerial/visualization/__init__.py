@@ -1,1 +1,1 @@
-"""Pictures, pages, plots and Meshcat scenes of clouds, skills, contacts and flights. No computation of results."""
+"""Images, plots and HTML pages of the method's values and of flights. It computes no results."""

@@ -1,4 +1,4 @@
-"""The paper's figure of contacts: the demonstration first, then the best solutions of each method."""
+"""Figure of the contacts of several methods: the demonstration, then each method's best."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from drake_aerial.geometry import Array
-from drake_aerial.visualization.picture import BLACK, Picture
-from drake_aerial.visualization.pictures import add_formation, heat, skill_picture, solution_color
-from drake_aerial.visualization.plots import figure, save_figure
+from drake_aerial.visualization.colored_mesh import ColoredMesh
+from drake_aerial.visualization.colors import BLACK, GREY, RED, heat, solution_color
+from drake_aerial.visualization.matplotlib_figure import figure, save_figure
+from drake_aerial.visualization.method_meshes import add_formation, skill_mesh
 from drake_aerial.visualization.rendering import render
 
 if TYPE_CHECKING:
@@ -19,8 +20,9 @@ if TYPE_CHECKING:
     from drake_aerial.skill.contact_skill import ContactSkill
 
 PANEL = (460, 460)
-# A dot's radius as a fraction of the scan's diagonal: the features of a scan then close up to a surface.
-DOT = 0.0048
+"""Width and height of a rendered panel [pixels]."""
+POINT_RADIUS = 0.0048
+"""Radius of a point as a fraction of the scan's diagonal: features close up to a surface."""
 
 
 def draw_contacts(
@@ -32,54 +34,43 @@ def draw_contacts(
     heats: Mapping[str, Array] | None = None,
     most: int = 5,
 ) -> None:
-    """Write the figure: one row a method; demonstration, then its best solutions on the scan.
+    """Write the figure, with one row a method.
 
     Parameters
     ----------
     path : str or Path
         The figure (.png, .pdf or .svg).
     skill : ContactSkill
-        What was demonstrated.
+        Its demonstration is the first column.
     points : (N, 3) array
         The scan, in the frame of the solutions [m].
     results : mapping of label to ContactSolutions
         One row each.
     heats : mapping of label to (N,) array, optional
-        The query density at the points, in 0..1, drawn as heat.
+        Query density at the points, in 0..1, drawn as heat map.
     most : int
-        How many solutions a row shows.
+        Largest number of solutions in a row.
     """
     columns = 1 + min(most, max(len(result.solutions) for result in results.values()))
     drawing, axes = figure(2.4 * columns, 2.6 * len(results), len(results), columns)
-    demonstration = render(skill_picture(skill), size=PANEL, zoom=1.1)
-    radius = float(np.linalg.norm(np.ptp(points, axis=0))) * DOT
+    demonstration = render(skill_mesh(skill), size=PANEL, zoom=1.1)
+    radius = float(np.linalg.norm(np.ptp(points, axis=0))) * POINT_RADIUS
     for row, (label, result) in zip(axes, results.items()):
         row[0].imshow(demonstration)
-        row[0].set_title("shown once", fontsize=9)
+        row[0].set_title("demonstration", fontsize=9)
         row[0].set_ylabel(label, fontsize=11)
-        colors = heat(heats[label]) if heats and label in heats else None
+        colors = heat(heats[label]) if heats and label in heats else GREY
         for axis, solution in zip(row[1:], result.solutions):
-            picture = Picture()
-            if colors is None:
-                picture.add_points(points, radius=radius)
-            else:
-                picture.add_points(points, color=colors, radius=radius)
-            add_formation(
-                picture,
-                solution.X_SG,
-                solution.X_SQ,
-                solution_color(solution.rank, solution.feasible),
+            mesh = ColoredMesh()
+            mesh.add_points(points, color=colors, radius=radius)
+            color = solution_color(solution.rank, solution.feasible)
+            add_formation(mesh, solution.X_SG, solution.X_SQ, color)
+            axis.imshow(render(mesh, size=PANEL, zoom=1.1))
+            reason = "" if solution.feasible else f": {solution.reasons[0]}"
+            axis.set_title(
+                f"{solution.rank}{reason}", fontsize=9, color=BLACK if solution.feasible else RED
             )
-            axis.imshow(render(picture, size=PANEL, zoom=1.1))
-            title = (
-                f"{solution.rank}"
-                if solution.feasible
-                else f"{solution.rank}: {solution.reasons[0]}"
-            )
-            axis.set_title(title, fontsize=9, color=BLACK if solution.feasible else (0.8, 0.1, 0.1))
         for axis in row:
-            axis.set_xticks([])
-            axis.set_yticks([])
-            for spine in axis.spines.values():
-                spine.set_visible(False)
+            axis.set(xticks=[], yticks=[])
+            axis.spines[:].set_visible(False)
     save_figure(drawing, path, dpi=150)

@@ -1,9 +1,7 @@
-"""A flight in Meshcat: payload, quadrotors and cables that move, shown while it is simulated or played again."""
+"""The moving parts of a flight in a Meshcat: payload, quadrotors, cables and the reference."""
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,13 +10,14 @@ from scipy.optimize import brentq
 
 from drake_aerial.geometry import Array, Pose, identity, perpendicular, quat_from_xz
 from drake_aerial.plant.quadrotor import QuadrotorParameters, visual_parts
-from drake_aerial.visualization.picture import BLACK, BLUE, GREEN, ORANGE, RED, Color, Picture
-from drake_aerial.visualization.rendering import write_gltf
+from drake_aerial.visualization.colored_mesh import ColoredMesh
+from drake_aerial.visualization.colors import BLACK, BLUE, GREEN, ORANGE, RED, Color
+from drake_aerial.visualization.meshcat_server import set_mesh, soften_lights
 
 CARDBOARD: Color = (0.80, 0.64, 0.44)
 FLIGHT_LEGEND: list[tuple[Color, str]] = [
-    (GREEN, "reference path, and the reference now"),
-    (BLUE, "path flown by the payload's tracked point"),
+    (GREEN, "reference path and current reference"),
+    (BLUE, "path of the payload's tracked point"),
     (RED, "contact"),
     (CARDBOARD, "payload"),
     (BLACK, "quadrotor and taut cable"),
@@ -31,13 +30,14 @@ _UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 class FlightScene:
     """The moving parts of a flight in a Meshcat.
 
-    A cable is one of three things: taut (straight, black), slack (bowed, orange), or, once its gripper has let go, not drawn.
+    A taut cable is straight and black, a slack one bowed and orange; the cable of a gripper that
+    has let go is not drawn.
 
     Parameters
     ----------
     meshcat : pydrake.geometry.Meshcat
     vertices, faces : (V, 3) array [m], (F, 3) int array
-        The payload's surface in L.
+        The payload's surface in its tracked frame L.
     p_LC : (n, 3) array
         Contacts in L [m].
     cable_length : (n,) array
@@ -55,12 +55,12 @@ class FlightScene:
         ]
         self._shown: dict[str, bool] = {}
         self._links = 0
-        body = Picture()
+        body = ColoredMesh()
         body.add_mesh(vertices, faces, color=CARDBOARD)
         for p in np.asarray(p_LC, dtype=float).reshape(-1, 3):
             body.add_sphere(p, color=RED, radius=0.024)
         body.add_frame(identity(), length=0.15, radius=0.004)
-        set_picture(meshcat, "payload", body)
+        set_mesh(meshcat, "payload", body)
         meshcat.SetObject("reference", Sphere(0.030), Rgba(*GREEN, 1.0))
         parts = visual_parts(QuadrotorParameters())
         for i, length in enumerate(self._length):
@@ -69,7 +69,7 @@ class FlightScene:
                 meshcat.SetTransform(f"quadrotor{i}/{k}", X)
             meshcat.SetObject(f"taut{i}", Cylinder(0.005, length), Rgba(*BLACK, 1.0))
             for k in range(_SEGMENTS):
-                # A little longer than its share, so that the bends are closed.
+                # Longer by 2 %, so that the bends have no gaps.
                 link = Cylinder(0.007, 1.02 * length / _SEGMENTS)
                 meshcat.SetObject(f"slack{i}/{k}", link, Rgba(*ORANGE, 1.0))
         meshcat.SetProperty("/Background/<object>", "top_color", [0.93, 0.96, 1.0])
@@ -79,33 +79,33 @@ class FlightScene:
         soften_lights(meshcat)
 
     def look_at(self, low: Array, high: Array) -> None:
-        """Lay out the ground below a box between two corners (3,) [m], in squares of half a metre, and look at the box."""
+        """Look at a box between two corners (3,) [m], above a ground grid of 0.5 m squares."""
         begin, end = np.floor(2.0 * low[:2] - 0.5) / 2.0, np.ceil(2.0 * high[:2] + 0.5) / 2.0
-        ground = Picture()
+        ground = ColoredMesh()
         for axis in (0, 1):
             for at in np.arange(begin[axis], end[axis] + 0.25, 0.5):
                 line = np.array([[*begin, 0.0], [*end, 0.0]])
                 line[:, axis] = at
                 ground.add_tube(line, color=(0.72, 0.75, 0.79), radius=0.003)
-        set_picture(self.meshcat, "ground", ground)
+        set_mesh(self.meshcat, "ground", ground)
         center, size = 0.5 * (low + high), float(np.linalg.norm(high - low)) + 0.2
         self.meshcat.SetCameraPose(center + size * np.array([0.27, -0.43, 0.25]), center)
 
     def draw_reference(self, points: Array) -> None:
-        """Draw the reference path (N, 3) [m] in dashes, wider than the flown path: both are seen where they coincide."""
-        picture = Picture()
+        """Draw the reference path (N, 3) [m] in dashes, wider than the flown path."""
+        mesh = ColoredMesh()
         for dash in _dashes(simplified(points, 0.03)):
-            picture.add_tube(dash, color=GREEN, radius=0.012)
-        set_picture(self.meshcat, "reference_path", picture)
+            mesh.add_tube(dash, color=GREEN, radius=0.012)
+        set_mesh(self.meshcat, "reference_path", mesh)
 
     def draw_flown(self, points: Array) -> None:
-        """Draw the path (N, 3) [m] that was flown."""
-        picture = Picture()
-        picture.add_tube(simplified(points, 0.03), color=BLUE, radius=0.006)
-        set_picture(self.meshcat, "flown_path", picture)
+        """Draw the flown path (N, 3) [m]."""
+        mesh = ColoredMesh()
+        mesh.add_tube(simplified(points, 0.03), color=BLUE, radius=0.006)
+        set_mesh(self.meshcat, "flown_path", mesh)
 
     def extend_flown(self, start: Array, end: Array) -> None:
-        """Draw one more piece of the flown path, between two points (3,) [m]."""
+        """Add a piece between two points (3,) [m] to the flown path."""
         from pydrake.geometry import Cylinder, Rgba
 
         along = end - start
@@ -127,23 +127,24 @@ class FlightScene:
         t: float | None = None,
         all_parts: bool = False,
     ) -> None:
-        """Put everything where it is.
+        """Place all parts.
 
         Parameters
         ----------
         payload : Pose
             X_WL.
         p_WR : (3,) array
-            The reference [m].
+            Reference position [m].
         quadrotors : Pose
             X_WQ, batch (n,).
         p_WC : (n, 3) array
             Contacts on the payload [m].
         slack, attached : (n,) bool arrays
+            State of each cable and gripper.
         t : float, optional
-            The time in the recording [s]; without it, now.
+            Time in the recording [s]; without it, the scene moves now.
         all_parts : bool
-            Whether hidden parts are placed too, as at the first and last time of a recording.
+            Place hidden parts too, as at the first and last time of a recording.
         """
         self._place("payload", payload.p, payload.q, t)
         self._place("reference", p_WR, _UPRIGHT, t)
@@ -180,35 +181,16 @@ class FlightScene:
             self.meshcat.SetProperty(name, "visible", visible, time_in_recording=t)
 
 
-def soften_lights(meshcat: Any) -> None:
-    """Turn down Meshcat's own lights, which wash out matt colours."""
-    meshcat.SetProperty("/Lights/AmbientLight/<object>", "intensity", 0.45)
-    meshcat.SetProperty("/Lights/FillLight/<object>", "intensity", 0.25)
-    meshcat.SetProperty("/Lights/PointLightPositiveX/<object>", "intensity", 0.25)
-
-
-def set_picture(meshcat: Any, name: str, picture: Picture) -> None:
-    """Put a picture into a Meshcat under a name; nothing if it is empty."""
-    from pydrake.geometry import Mesh
-
-    if not len(picture.vertices):
-        return
-    with tempfile.TemporaryDirectory() as folder:
-        model = Path(folder) / "picture.gltf"
-        write_gltf(picture, model)
-        meshcat.SetObject(name, Mesh(str(model)))
-
-
 def cable_points(start: Array, end: Array, length: float, segments: int) -> Array:
-    """Return points (segments + 1, 3) along a cable as it is drawn, equally spaced.
+    """Return equally spaced points (segments + 1, 3) along a cable as it is drawn.
 
-    A taut cable is straight. A slack one is a circular arc of its length that bows downwards, or sideways where its ends are above
-    one another. One that no longer reaches its contact hangs down from `start`.
+    A taut cable is straight. A slack one is a circular arc of its length that bows downwards, or
+    sideways if its ends are above one another. A cable too short to reach hangs down from `start`.
 
     Parameters
     ----------
     start, end : (3,) arrays
-        The quadrotor and the contact [m].
+        Positions of the quadrotor and the contact [m].
     length : float
         [m]
     segments : int
@@ -238,7 +220,7 @@ def cable_points(start: Array, end: Array, length: float, segments: int) -> Arra
 
 
 def simplified(points: Array, spacing: float) -> Array:
-    """Return the points (N, 3) of a path that are at least `spacing` [m] apart, and the last."""
+    """Return the points (N, 3) of a path that are `spacing` [m] or more apart, and the last."""
     kept = [0] if len(points) else []
     for k in range(len(points)):
         if np.linalg.norm(points[k] - points[kept[-1]]) >= spacing:
@@ -249,7 +231,10 @@ def simplified(points: Array, spacing: float) -> Array:
 
 
 def _dashes(points: Array) -> list[Array]:
-    """Return every other piece of a path (N, 3), those left out that a second lap would put between earlier ones."""
+    """Return every other piece of a path (N, 3), without those within 0.1 m of earlier ones.
+
+    The dashes of a second lap would fill the gaps of the first.
+    """
     dashes: list[Array] = []
     middles: list[Array] = []
     for k in range(0, len(points) - 2, 4):

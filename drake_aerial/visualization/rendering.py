@@ -1,18 +1,21 @@
-"""Headless rendering of a `Picture` with Drake's VTK engine."""
+"""Rendering of a coloured mesh to an image, without a screen, by Drake's VTK engine."""
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_aerial.visualization.picture import Picture
+from drake_aerial.geometry import Array
+from drake_aerial.visualization.colored_mesh import ColoredMesh
+
+_FOV_Y = 0.5
+"""Vertical field of view of the camera [rad]."""
 
 
 def render(
-    picture: Picture,
+    mesh: ColoredMesh,
     *,
     size: tuple[int, int] = (640, 480),
     azimuth: float = -0.9,
@@ -20,102 +23,81 @@ def render(
     bounds: tuple[ArrayLike, ArrayLike] | None = None,
     zoom: float = 1.0,
 ) -> np.ndarray:
-    """Return an image (height, width, 3) uint8 of the picture on white.
+    """Return an image (height, width, 3) uint8 of the mesh on white.
 
     Parameters
     ----------
-    picture : Picture
-        What to draw; z is up.
+    mesh : ColoredMesh
+        z is up.
     size : (int, int)
         Width and height in pixels.
     azimuth, elevation : float
-        Direction from the scene's middle to the camera [rad]; azimuth from +x towards +y.
+        Direction from the middle of the bounds to the camera [rad]; azimuth from +x towards +y.
     bounds : pair of (3,) arrays, optional
-        What must be in view [m]; the whole picture by default.
+        Lower and upper corner of what must be in view [m]; the whole mesh by default.
     zoom : float
         Above 1 the camera comes nearer.
     """
+    from pydrake.geometry import ClippingRange, ColorRenderCamera, RenderCameraCore
+    from pydrake.math import RigidTransform
+    from pydrake.systems.sensors import CameraInfo
+
+    low, high = (np.asarray(b, float) for b in (mesh.bounds() if bounds is None else bounds))
+    radius = 0.5 * float(np.linalg.norm(high - low))
+    width, height = size
+    narrow = min(_FOV_Y, 2.0 * np.arctan(np.tan(0.5 * _FOV_Y) * width / height))
+    distance = max(radius, 1e-3) / np.sin(0.5 * narrow) / zoom
+    camera = ColorRenderCamera(
+        RenderCameraCore(
+            "vtk",
+            CameraInfo(width=width, height=height, fov_y=_FOV_Y),
+            ClippingRange(max(0.01, distance - 3.0 * radius), distance + 3.0 * radius + 0.02),
+            RigidTransform(),
+        )
+    )
+    X_WC = _camera_pose(0.5 * (low + high), distance, azimuth, elevation)
+    scene_graph = _lit_scene(mesh)
+    query = scene_graph.get_query_output_port().Eval(scene_graph.CreateDefaultContext())
+    image = query.RenderColorImage(camera, scene_graph.world_frame_id(), X_WC)
+    return np.array(image.data[:, :, :3])
+
+
+def _camera_pose(center: Array, distance: float, azimuth: float, elevation: float) -> Any:
+    """Return the pose X_WC of a camera that looks at `center` (3,) [m], z into the image."""
+    from pydrake.math import RigidTransform, RotationMatrix
+
+    level = np.cos(elevation)
+    back = np.array([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])
+    right = np.cross([0.0, 0.0, 1.0], back)
+    right /= np.linalg.norm(right)
+    R_WC = RotationMatrix(np.stack([right, -np.cross(back, right), -back], axis=1))
+    return RigidTransform(R_WC, center + distance * back)
+
+
+def _lit_scene(mesh: ColoredMesh) -> Any:
+    """Return a SceneGraph with the mesh and a renderer "vtk" with two lights."""
     from pydrake.geometry import (
-        ClippingRange,
-        ColorRenderCamera,
         GeometryInstance,
         LightParameter,
         MakeRenderEngineVtk,
-        Mesh,
         PerceptionProperties,
-        RenderCameraCore,
         RenderEngineVtkParams,
         RenderLabel,
         SceneGraph,
     )
-    from pydrake.math import RigidTransform, RotationMatrix
-    from pydrake.systems.sensors import CameraInfo
+    from pydrake.math import RigidTransform
 
-    low, high = (np.asarray(b, float) for b in (picture.bounds() if bounds is None else bounds))
-    center, radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
-    fov_y = 0.5
-    width, height = size
-    narrow = min(fov_y, 2.0 * np.arctan(np.tan(0.5 * fov_y) * width / height))
-    distance = max(radius, 1e-3) / np.sin(0.5 * narrow) / zoom
-
-    back = np.array(
-        [
-            np.cos(elevation) * np.cos(azimuth),
-            np.cos(elevation) * np.sin(azimuth),
-            np.sin(elevation),
-        ]
-    )
-    right = np.cross([0.0, 0.0, 1.0], back)
-    right /= np.linalg.norm(right)
-    R_WC = RotationMatrix(np.stack([right, -np.cross(back, right), -back], axis=1))
-    X_WC = RigidTransform(R_WC, center + distance * back)
-
-    with tempfile.TemporaryDirectory() as folder:
-        # The engine reads .gltf by name only; a .glb inside it would be refused.
-        path = Path(folder) / "picture.gltf"
-        write_gltf(picture, path)
-        scene_graph = SceneGraph()
-        source = scene_graph.RegisterSource("picture")
-        geometry = GeometryInstance(RigidTransform(), Mesh(str(path)), "picture")
-        properties = PerceptionProperties()
-        properties.AddProperty("label", "id", RenderLabel(1))
-        geometry.set_perception_properties(properties)
-        scene_graph.RegisterAnchoredGeometry(source, geometry)
-        parameters = RenderEngineVtkParams()
-        parameters.default_clear_color = [1.0, 1.0, 1.0]
-        parameters.lights = [
-            LightParameter(
-                type="directional", direction=[-0.35, -0.5, 1.0], intensity=3.4, frame="camera"
-            ),
-            LightParameter(
-                type="directional", direction=[0.6, 0.3, 1.0], intensity=1.8, frame="camera"
-            ),
-        ]
-        scene_graph.AddRenderer("vtk", MakeRenderEngineVtk(parameters))
-        camera = ColorRenderCamera(
-            RenderCameraCore(
-                "vtk",
-                CameraInfo(width=width, height=height, fov_y=fov_y),
-                ClippingRange(max(0.01, distance - 3.0 * radius), distance + 3.0 * radius + 0.02),
-                RigidTransform(),
-            )
-        )
-        query = scene_graph.get_query_output_port().Eval(scene_graph.CreateDefaultContext())
-        image = query.RenderColorImage(camera, scene_graph.world_frame_id(), X_WC)
-    return np.array(image.data[:, :, :3])
-
-
-def write_gltf(picture: Picture, path: Path) -> None:
-    """Write the picture as .gltf with its buffer embedded as base64."""
-    import base64
-    import json
-    import struct
-
-    glb = picture.to_glb()
-    (text_size,) = struct.unpack_from("<I", glb, 12)
-    document = json.loads(glb[20 : 20 + text_size])
-    body = glb[28 + text_size :]
-    document["buffers"][0]["uri"] = (
-        "data:application/octet-stream;base64," + base64.b64encode(body).decode()
-    )
-    path.write_text(json.dumps(document))
+    scene_graph = SceneGraph()
+    geometry = GeometryInstance(RigidTransform(), mesh.to_drake(), "mesh")
+    properties = PerceptionProperties()
+    properties.AddProperty("label", "id", RenderLabel(1))
+    geometry.set_perception_properties(properties)
+    scene_graph.RegisterAnchoredGeometry(scene_graph.RegisterSource("mesh"), geometry)
+    parameters = RenderEngineVtkParams()
+    parameters.default_clear_color = [1.0, 1.0, 1.0]
+    parameters.lights = [
+        LightParameter(type="directional", direction=direction, intensity=light, frame="camera")
+        for direction, light in (([-0.35, -0.5, 1.0], 3.4), ([0.6, 0.3, 1.0], 1.8))
+    ]
+    scene_graph.AddRenderer("vtk", MakeRenderEngineVtk(parameters))
+    return scene_graph

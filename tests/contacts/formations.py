@@ -1,11 +1,13 @@
-"""Skills with one to three grippers and their transfers to boxes, for the tests."""
+"""Skills with one to three grippers and their transfers to boxes, for tests of refinement."""
 
 from functools import cache
 
 import numpy as np
 
+from drake_aerial.contacts.feasibility.contact_checker import ContactChecker
 from drake_aerial.contacts.parameters import TransferParameters
 from drake_aerial.contacts.transfer import transfer
+from drake_aerial.geometry import invert
 from drake_aerial.skill.demonstration import Demonstration
 from drake_aerial.skill.learn import learn
 from drake_aerial.skill.parameters import LearningParameters
@@ -46,3 +48,14 @@ def learnt_skill(n, axial=True, leaning=False):
 def transferred(n, method="task", axial=True, leaning=False):
     cloud = box_cloud([0.68, 0.68, 0.28], seed=1, noise=0.0005)
     return transfer(learnt_skill(n, axial, leaning), cloud, method=method, top=3, parameters=FAST)
+
+
+def examined(n, X_SG):
+    """Return the solution with grippers X_SG on the box, with its likelihood and reasons."""
+    checker = ContactChecker(transferred(n).query, TransferParameters())
+    return checker.solution(invert(checker.X_SN) @ X_SG)
+
+
+def kinds(solution):
+    """Return the kinds of reasons against a solution."""
+    return {reason.kind for reason in solution.reasons}

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 import yaml
+from drake_aerial.study.analysis.study_files import StudyFiles
 
 from drake_aerial import (
     ContactSkill,
@@ -19,7 +20,6 @@ from drake_aerial import (
 from drake_aerial.configuration import NOUNS, defaults_text
 from drake_aerial.io.strict_yaml import MOST_LEVELS, MOST_VALUES, read_json, read_mapping
 from drake_aerial.references.trajectory_files import read_trajectory
-from drake_aerial.study.analysis.study_files import StudyFiles
 from drake_aerial.study.records import StudyFolder, read_records
 from tests.fuzz.bounds import bounded
 from tests.fuzz.hostile import npz

@@ -27,7 +27,7 @@ from drake_aerial import (
 from drake_aerial.configuration import NOUNS, defaults_text
 from drake_aerial.io import model_files
 from drake_aerial.references.trajectory_files import read_trajectory
-from drake_aerial.visualization.views import write_view
+from drake_aerial.visualization.file_view import write_view
 from tests.fuzz.bounds import bounded, ends_well, fuzzed
 from tests.fuzz.hostile import (
     HOSTILE_YAML,

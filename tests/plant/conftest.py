@@ -1,4 +1,4 @@
-"""A rig: payload, quadrotors on cables, constant propeller commands; everything at the caller's choice."""
+"""A rig of one payload and one quadrotor on a cable, with constant propeller commands."""
 
 from dataclasses import dataclass
 
@@ -79,6 +79,8 @@ def rig():
         commands=None,
         gravity=True,
         ground=False,
+        install=True,
+        monitor=None,
         **cable,
     ):
         builder = DiagramBuilder()
@@ -115,8 +117,10 @@ def rig():
                 builder.Connect(force, sum_.get_input_port(k))
             builder.Connect(sum_.get_output_port(), plant.get_applied_spatial_force_input_port())
         simulator = Simulator(builder.Build())
-        if cables.release is not None and cables.release.is_needed:
-            simulator.set_monitor(cables.release)
+        if monitor is not None:
+            simulator.set_monitor(monitor)
+        if install:
+            cables.install(simulator)
         return Rig(plant, body, quadrotor, gripper, added, cables, simulator)
 
     return make

@@ -1,4 +1,4 @@
-"""Both kinds of cable against what a cable must do, computed by hand."""
+"""Both kinds of cable against statics, momentum, energy and the pendulum."""
 
 import numpy as np
 import pytest
@@ -6,8 +6,10 @@ from pydrake.systems.framework import DiagramBuilder
 from scipy.integrate import solve_ivp
 
 from drake_aerial.errors import InputError
-from drake_aerial.plant.cable import CableParameters, add_cable, check_elastic_step, tension_matrix
-from drake_aerial.plant.cable_forces import CableTensions, connect_cables
+from drake_aerial.plant.cable import CableParameters, add_cable
+from drake_aerial.plant.cable_forces import connect_cables
+from drake_aerial.plant.cable_tensions import CableTensions
+from drake_aerial.plant.elastic_step import check_elastic_step, tension_matrix
 from drake_aerial.plant.gripper import Gripper, GripperParameters, add_gripper
 from drake_aerial.plant.payload import TABLE_INERTIA, Payload
 from drake_aerial.plant.payload_body import PayloadBody, add_payload
@@ -37,7 +39,8 @@ def test_static_tension_is_the_weight_below(rig, kind):
 
 @KINDS
 def test_pendulum_period(rig, kind):
-    # Two masses on a cable, the upper one carried by a constant vertical thrust: omega^2 = g (1 + m_payload/m_quadrotor) / l.
+    # Two masses on a cable, the upper one with a constant vertical thrust:
+    # omega^2 = g (1 + m_payload/m_quadrotor) / l.
     r = rig(kind, thrust=WEIGHT)
     angle = np.deg2rad(4.0)
     offset = LENGTH * np.array([np.sin(angle), 0.0, np.cos(angle)])
@@ -68,8 +71,8 @@ def test_an_inextensible_cable_that_tightens_again_ends_in_a_common_velocity(rig
 @pytest.mark.parametrize("damping", [10.0, 35.0])
 @pytest.mark.parametrize("p_LC", [(0.0, 0.0, 0.0), (0.12, -0.08, 0.0)])
 def test_momentum_through_an_elastic_cable_that_tightens_again(rig, p_LC, damping):
-    # The oracle: stretch under the spring and damper, integrated finely until the cable goes slack again;
-    # the plant may meet the tightening anywhere in its step of 2 ms.
+    # Oracle: the stretch under spring and damper, integrated finely until the cable is slack again.
+    # The cable may tighten anywhere within the plant's step of 2 ms.
     k = CableParameters().stiffness
     x, y, _ = p_LC
     # The gripper's 2 g shift the centre of mass and add to the inertia by less than 1 %.
@@ -98,7 +101,8 @@ def test_momentum_through_an_elastic_cable_that_tightens_again(rig, p_LC, dampin
         r.simulator.AdvanceTo(0.1)
         taken.append(M_Q * (1.0 - r.state("quadrotor")[12]))
         total = r.plant.CalcSpatialMomentumInWorldAboutPoint(r.context, np.zeros(3)).translational()
-        # A payload that turns has its origin off its centre of mass by the gripper's 2 g, and the step keeps that to second order.
+        # The gripper's 2 g shift the centre of mass; the step keeps the momentum of a rotating
+        # payload to second order.
         assert total == pytest.approx([0, 0, M_Q], abs=1e-5 if any(p_LC) else 1e-9)
     assert taken == pytest.approx([transferred] * 8, rel=0.02)
 
@@ -111,7 +115,8 @@ def test_a_slack_cable_exerts_nothing(rig, kind):
     r.simulator.AdvanceTo(0.15)
     after = r.state("payload")
     assert r.tension() < 0.01
-    # The gripper's 2 g sit off the centre of mass, so the common centre falls freely and L turns about it.
+    # The gripper's 2 g are off the centre of mass: their common centre falls freely and L rotates
+    # about it.
     assert after[10:13] - before[10:13] == pytest.approx([0, 0, -G * 0.15], abs=0.003)
     assert r.state("quadrotor")[10:13] == pytest.approx([0, 0, 0], abs=0.002)
     assert np.linalg.norm(r.state("quadrotor")[7:10]) < 0.05
@@ -131,7 +136,7 @@ def test_no_energy_without_thrust(rig, kind):
 
 @KINDS
 def test_the_start_has_no_transient(rig, kind):
-    # A tilted quadrotor beside its contact, the cable slanted and taut: nothing may jump in the first step.
+    # A tilted quadrotor beside its contact, the cable slanted and taut: no body may jump.
     r = rig(kind, p_LC=[0.1, 0.05, 0.14], gravity=False)
     direction = np.array([0.3, -0.2, 0.93])
     p_Q = np.array([0.1, 0.05, 1.14]) + LENGTH * direction / np.linalg.norm(direction)
@@ -147,7 +152,7 @@ def test_the_start_has_no_transient(rig, kind):
 
 def test_a_cable_that_is_too_short_is_refused(rig):
     r = rig()
-    with pytest.raises(InputError, match=r"0\.6 m from its contact.*0\.5 m"):
+    with pytest.raises(InputError, match=r"in \(0, 0\.5\] m.*got 0\.6 m"):
         r.place([0, 0, 0], [0, 0, 0.6])
 
 
@@ -161,9 +166,9 @@ def test_elastic_step_numbers():
         1.7, abs=0.05
     )
     stiff = CableParameters("elastic", damping=35.0)
-    with pytest.raises(InputError, match=r"4\.[45].*below 2 accepted.*damping below") as refused:
+    with pytest.raises(InputError, match=r"below 2, got 4\.[45].*`damping` below") as refused:
         check_elastic_step(stiff, 0.002, largest)
-    admissible = float(str(refused.value).split("damping below ")[1].split()[0])
+    admissible = float(str(refused.value).split("`damping` below ")[1].split()[0])
     check_elastic_step(CableParameters("elastic", damping=0.99 * admissible), 0.002, largest)
     with pytest.raises(InputError):
         check_elastic_step(CableParameters("elastic", damping=1.01 * admissible), 0.002, largest)
@@ -183,7 +188,7 @@ def test_the_world_body_is_refused():
         gripper.model_instance,
     )
     for kind in ("inextensible", "elastic"):
-        with pytest.raises(ValueError, match="world body"):
+        with pytest.raises(InputError, match="welded to the world"):
             add_cable(plant, quadrotor, fixed, CableParameters(kind))
 
 
@@ -199,6 +204,18 @@ def test_bad_parameters_are_refused(bad):
 def test_mixed_kinds_are_refused(rig):
     r = rig()
     other = rig("elastic")
-    with pytest.raises(InputError, match="elastic, inextensible"):
+    with pytest.raises(InputError, match="elastic and inextensible"):
         connect_cables(None, r.plant, [r.cable, other.cable], None, None)
     assert isinstance(r.cables.system, CableTensions)
+
+
+@KINDS
+def test_parts_are_at_rest_in_a_new_context(rig, kind):
+    # Nothing is placed: the box stands on the ground and the quadrotor hovers above its contact.
+    r = rig(kind, p_LC=[0.1, 0.05, 0.14], thrust=M_Q * G, ground=True)
+    r.simulator.AdvanceTo(0.3)
+    payload, quadrotor = r.state("payload"), r.state("quadrotor")
+    assert payload[4:7] == pytest.approx([0.0, 0.0, 0.14], abs=1e-3)
+    assert np.abs(payload[7:]).max() < 0.01
+    assert quadrotor[4:7] == pytest.approx([0.1, 0.05, 0.28 + 0.9 * LENGTH], abs=2e-3)
+    assert r.tension() < 0.01

@@ -1,4 +1,4 @@
-"""Dryden's turbulence against its transfer functions, of which scipy.signal makes spectra and correlations."""
+"""Dryden turbulence against spectra and correlations that scipy.signal gets from its filters."""
 
 from itertools import pairwise
 
@@ -63,7 +63,8 @@ def test_measured_spectrum_is_the_filters(turbulence, series, component):
     frequency, measured = signal.welch(
         series[:, component], 1.0 / PERIOD, nperseg=4096, detrend=False
     )
-    # Bands of equal ratio; each averages over windows and frequencies. The highest stay clear of what sampling folds back.
+    # Bands of equal ratio, each averaged over windows and frequencies, and all below the
+    # frequencies that are affected by aliasing.
     edges = np.array([0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0]) / (2.0 * np.pi * 0.2) * 2.0
     for low, high in pairwise(edges):
         band = (frequency >= low) & (frequency < high)
@@ -77,7 +78,7 @@ def test_measured_spectrum_is_the_filters(turbulence, series, component):
 
 
 def test_discretisation_is_exact():
-    """Of one step against scipy's for the homogeneous part; of many for the correlation, which is the filter's own."""
+    """The stationary variance is kept, and the correlation is that of the continuous filter."""
     turbulence, period = Dryden((1.0, 0.7, 0.4), (0.3, 0.2, 0.1)), 0.05
     Phi, N, C, N0 = turbulence.steps(period)
     lags = np.arange(12)
@@ -86,7 +87,7 @@ def test_discretisation_is_exact():
         P = N0 @ N0.T
         assert Phi[k] @ P @ Phi[k].T + N[k] @ N[k].T == pytest.approx(P, abs=1e-14)
         found = [C[k] @ np.linalg.matrix_power(Phi[k], n) @ P @ C[k] for n in lags]
-        # The autocorrelation is the integral of h(t) h(t + lag) over the filter's impulse response h.
+        # The autocorrelation is the integral of h(t) h(t + lag), h the impulse response.
         t = np.linspace(0.0, 40.0 * T, 100_001)
         h = signal.impulse(transfer(k, s, T), T=t)[1]
         expected = []
@@ -126,9 +127,9 @@ def test_low_altitude_is_the_standard_in_feet():
     [
         ((1.0, 5.0), "altitude"),
         ((400.0, 5.0), "altitude"),
-        ((10.0, 0.0), "20 ft"),
+        ((10.0, 0.0), "wind_at_20_feet"),
         ((10.0, 5.0, -1.0), "airspeed"),
-        ((10.0, np.inf), "20 ft"),
+        ((10.0, np.inf), "wind_at_20_feet"),
     ],
 )
 def test_what_the_standard_does_not_cover_is_refused(arguments, words):

@@ -1,4 +1,4 @@
-"""The gripper lets go above its holding force along the normal, and only then; with either cable."""
+"""A gripper lets go above its holding force along the normal, with either kind of cable."""
 
 import numpy as np
 import pytest

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from drake_aerial.cli import main
+from drake_aerial.contacts.feasibility.reasons import Reason
 from drake_aerial.contacts.solutions import ContactSolutions, Solution
 from drake_aerial.errors import InputError, JobError
 from drake_aerial.geometry import Pose
@@ -15,8 +16,6 @@ from drake_aerial.plant.quadrotor import QuadrotorParameters
 from drake_aerial.references.trajectory import HoverTrajectory
 from drake_aerial.simulation.flight import Flight
 from drake_aerial.simulation.flight_options import FlightOptions
-from drake_aerial.simulation.lift_check import default_lift
-from drake_aerial.simulation.station_parameters import StationParameters
 from drake_aerial.simulation.suspended_payload import SuspendedPayload
 from drake_aerial.simulation.trial import fly, prepare_flight
 from drake_aerial.statics.gravity import GRAVITY
@@ -35,7 +34,13 @@ def solutions(*formations, reasons=()):
         )
         found.append(
             Solution(
-                rank, 0.0, not reasons, tuple(reasons), Pose(p, q), normal, Pose(p + [0, 0, 0.5], q)
+                rank,
+                0.0,
+                not reasons,
+                tuple(map(Reason.from_text, reasons)),
+                Pose(p, q),
+                normal,
+                Pose(p + [0, 0, 0.5], q),
             )
         )
     cloud = {"path": None, "sha256": "", "points": 0, "dropped_points": 0, "centroid": [0, 0, 0]}
@@ -127,15 +132,6 @@ def test_too_heavy_a_payload_flies_by_force_and_never_leaves_the_ground(quick):
     )
     assert result.outcome in ("diverged", "crashed")
     assert result.series["payload_position"][:, 2].max() < 0.2
-
-
-def test_the_default_teams_lift_is_that_of_the_station():
-    parameters, quadrotor = StationParameters(), QuadrotorParameters()
-    lift = default_lift(0.25, 3)
-    assert lift.payload_mass == pytest.approx(0.25 + 3 * parameters.gripper.mass)
-    assert lift.max_thrust == (quadrotor.thrust_limits[1],) * 3
-    with pytest.raises(InputError, match="positive"):
-        default_lift(-1.0, 1)
 
 
 @pytest.mark.parametrize("controller", ["mpc", "geometric_ff", "geometric"])

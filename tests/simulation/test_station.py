@@ -1,5 +1,6 @@
 """The station: ports, errors, its start at rest, and the controller's model against its plant."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -7,13 +8,16 @@ import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.math import SpatialVelocity
 from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from drake_aerial.dynamics.payload_model import PayloadState, derivative
 from drake_aerial.errors import InputError
 from drake_aerial.plant.cable import CableParameters
+from drake_aerial.plant.gripper import GripperParameters
 from drake_aerial.plant.payload import Payload
 from drake_aerial.simulation.beliefs import believed_model
-from drake_aerial.simulation.station import StationParameters, make_transport_station
+from drake_aerial.simulation.station import make_transport_station
+from drake_aerial.simulation.station_parameters import StationParameters
 
 TRIANGLE = np.array([[-0.154, -0.267, 0.14], [0.308, 0.0, 0.14], [-0.154, 0.267, 0.14]])
 
@@ -42,7 +46,7 @@ def test_too_heavy_a_payload_is_refused_with_both_numbers():
 
 def test_an_unstable_elastic_step_is_refused(box):
     stiff = StationParameters(cable=CableParameters("elastic", damping=35.0))
-    with pytest.raises(InputError, match="damping below"):
+    with pytest.raises(InputError, match="`damping` below"):
         make_transport_station(box, TRIANGLE, parameters=stiff)
     soft = replace(stiff, cable=CableParameters("elastic"))
     make_transport_station(box, TRIANGLE, parameters=soft)
@@ -63,9 +67,115 @@ def test_bad_parameters_are_refused(box, bad):
         make_transport_station(box, [[0, 0, 0.14]], parameters=StationParameters(**bad))
 
 
-def test_no_contacts_are_refused(box):
-    with pytest.raises(InputError, match=r"\(0, 3\)"):
-        make_transport_station(box, np.zeros((0, 3)))
+@pytest.mark.parametrize(
+    ("contacts", "words"),
+    [
+        (np.zeros((0, 3)), r"`p_LC` must have the shape \(n, 3\), n > 0, got \(0, 3\)"),
+        (np.zeros((3, 2)), r"`p_LC` must have the shape \(n, 3\), n > 0, got \(3, 2\)"),
+        (np.zeros((1, 2, 3)), r"`p_LC` must have the shape \(n, 3\)"),
+        ([[0.0, 0.0, np.nan]], "`p_LC` must be finite"),
+        ("top", "`p_LC` must be an array"),
+    ],
+)
+def test_contacts_that_are_no_points_are_refused(box, contacts, words):
+    with pytest.raises(InputError, match=words):
+        make_transport_station(box, contacts)
+
+
+@pytest.mark.parametrize(
+    ("normals", "words"),
+    [
+        (np.zeros((2, 3)), r"`normal_L` must be \(3,\) or \(3, 3\), one per contact, got \(2, 3\)"),
+        ([[0.0, 0.0, 1.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]], "`normal_L` must not be zero"),
+        ([0.0, 0.0, np.inf], "`normal_L` must be finite"),
+        ([0.0, 1.0], "`normal_L` must have the shape"),
+    ],
+)
+def test_normals_that_are_no_directions_are_refused(box, normals, words):
+    with pytest.raises(InputError, match=words):
+        make_transport_station(box, TRIANGLE, normals)
+
+
+@pytest.mark.parametrize(
+    ("contact", "words"),
+    [
+        ([0.0, 0.0, 0.94], r"contact 2 of 2 must be at most 2 cm .* got 80\.0 cm"),
+        ([0.0, 0.0, 0.0], r"got 14\.0 cm"),
+        ([0.0, 0.0, 0.161], r"got 2\.1 cm"),
+    ],
+)
+def test_a_contact_off_the_surface_is_refused(box, contact, words):
+    with pytest.raises(InputError, match=words):
+        make_transport_station(box, [[0.2, 0.0, 0.14], contact])
+
+
+def test_a_contact_near_the_surface_is_accepted(box):
+    make_transport_station(box, [[0.0, 0.0, 0.159]])
+    make_transport_station(box, [0.0, 0.0, 0.121])
+
+
+def test_contacts_inside_the_hull_of_a_scan_are_accepted_and_outside_are_not():
+    # A scan of a U: two walls on a floor. Its hull is a box, and the floor is inside of it.
+    u, v = np.meshgrid(np.linspace(-0.3, 0.3, 25), np.linspace(-0.2, 0.2, 17))
+    floor = np.column_stack([u.ravel(), v.ravel(), np.zeros(u.size)])
+    wall = np.column_stack([np.full(u.size, 0.3), v.ravel(), 0.5 * (u.ravel() + 0.3)])
+    scan = np.vstack([floor, wall, wall * [-1.0, 1.0, 1.0]]) - [0.0, 0.0, 0.1]
+    payload = Payload.from_cloud(scan)
+    make_transport_station(payload, [[0.0, 0.0, -0.1]])
+    make_transport_station(payload, [[0.0, 0.0, 0.0]])
+    with pytest.raises(InputError, match=r"got 10\.0 cm"):
+        make_transport_station(payload, [[0.0, 0.0, 0.3]])
+
+
+@pytest.mark.parametrize("size", [None, 6])
+def test_a_controller_without_a_thrust_for_each_quadrotor_is_refused(box, size):
+    class Other(LeafSystem):
+        def __init__(self):
+            super().__init__()
+            if size is not None:
+                self.DeclareVectorOutputPort("thrust_vectors", size, lambda context, output: None)
+
+    with pytest.raises(InputError, match="output port thrust_vectors of size 9"):
+        make_transport_station(box, TRIANGLE, controller=Other())
+    with pytest.raises(InputError, match="`controller` must be a System, got a str"):
+        make_transport_station(box, TRIANGLE, controller="mpc")
+
+
+def test_wrong_types_are_refused():
+    with pytest.raises(InputError, match="`payload` must be a Payload, got a str"):
+        make_transport_station("bunny", TRIANGLE)
+    with pytest.raises(InputError, match="`parameters` must be a StationParameters or None"):
+        make_transport_station(Payload.from_box([0.4, 0.4, 0.2]), TRIANGLE, parameters={})
+
+
+@pytest.mark.parametrize("kind", ["inextensible", "elastic"])
+def test_an_overloaded_gripper_lets_go_in_a_diagram_that_holds_a_station(kind):
+    # A quadrotor that holds its height carries 0.25 kg by a gripper of 1 N; nobody lifts it.
+    box = Payload.from_box([0.4, 0.4, 0.2], 0.25)
+    parameters = StationParameters(
+        cable=CableParameters(kind), gripper=GripperParameters(holding_force=1.0)
+    )
+    builder = DiagramBuilder()
+    station = builder.AddSystem(make_transport_station(box, [[0, 0, 0.1]], parameters=parameters))
+    builder.ExportInput(station.GetInputPort("attitude.thrust_vectors"), "thrusts")
+    simulator = Simulator(builder.Build())
+    station.install(simulator)
+    root = simulator.get_mutable_context()
+    simulator.get_system().GetInputPort("thrusts").FixValue(root, [0.0, 0.0, 0.502 * 9.81])
+    plant = station.plant
+    context = plant.GetMyMutableContextFromRoot(root)
+    for body, height in ((station.payload_body.body, 2.0), (station.quadrotors[0].body, 2.6)):
+        plant.SetFreeBodyPose(context, body, RigidTransform([0.0, 0.0, height]))
+    station.cables[0].place(plant, context)
+    own = station.GetMyContextFromRoot(root)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        simulator.AdvanceTo(0.1)
+        before = station.GetOutputPort("payload.state").Eval(own)[12]
+        simulator.AdvanceTo(0.3)
+    assert station.GetOutputPort("cables.attached").Eval(own) == [0.0]
+    after = station.GetOutputPort("payload.state").Eval(own)[12]
+    assert (after - before) / 0.2 == pytest.approx(-9.81, abs=1e-6)
 
 
 @pytest.mark.parametrize("kind", ["inextensible", "elastic"])

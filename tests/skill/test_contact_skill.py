@@ -11,6 +11,7 @@ from drake_aerial.errors import InputError
 from drake_aerial.skill.contact_skill import ContactSkill
 from drake_aerial.skill.demonstration import Demonstration
 from drake_aerial.skill.learn import learn
+from drake_aerial.skill.parameters import LearningParameters
 
 
 @pytest.fixture(scope="module")
@@ -67,6 +68,8 @@ def test_files_of_programs_with_alpha_are_read_and_written(skill, path):
     metadata["configuration"]["alpha"] = metadata["parameters"]["alpha"] = 12.5
     old = ContactSkill.load(rewritten(path, metadata=np.array(json.dumps(metadata))))
     assert old.to_bytes() == skill.to_bytes()
+    with pytest.raises(TypeError, match="alpha"):
+        LearningParameters(alpha=12.5)
 
 
 def test_no_temporary_file_is_left(path):

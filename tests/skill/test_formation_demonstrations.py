@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import trimesh
 
+from drake_aerial.contacts.feasibility.checks import reasons_against
 from drake_aerial.contacts.feasibility.local_surface import LocalSurface
-from drake_aerial.contacts.feasibility.reasons import reasons_against
 from drake_aerial.contacts.parameters import TransferParameters
 from drake_aerial.features.canonical_frame import to_canonical
 from drake_aerial.features.surface_features import compute_features

@@ -1,4 +1,4 @@
-"""A study's folder made up by hand: what the report reads, with figures that can be worked out."""
+"""A synthetic study folder with known errors, for tests of the report."""
 
 import json
 
@@ -27,7 +27,7 @@ def record(
     outcome="completed",
     offset=0.1,
 ):
-    """One line: every error is a multiple of the position's."""
+    """Return a record; every error is a multiple of the position error."""
     flew = outcome != "not_flown"
     metrics = {key: factor * rmse for key, factor in METRICS.items()} if flew else None
     if metrics is not None:
@@ -73,7 +73,7 @@ def hash_of(*names):
 
 
 def write_study(folder, records, *, conditions=(), series=True, order=None):
-    """Write a folder; `order` shuffles the lines."""
+    """Write the folder of a study; `order` permutes the lines of its records."""
     (folder / "series").mkdir(parents=True)
     lines = [json.dumps(r) for r in records]
     if order is not None:
@@ -107,7 +107,7 @@ def series_of(r, quadrotors=1):
 
 
 def method_study(rng, *, conditions=("A", "B"), solutions=5, trials=4, ratio=3.0):
-    """Records in which `kopicki` strays `ratio` times as far as `task`, and one of its flights crashes."""
+    """Return records with errors of `kopicki` `ratio` times those of `task`, and a crash of it."""
     records = []
     for condition in conditions:
         for method, level in (("task", 0.02), ("kopicki", 0.02 * ratio)):

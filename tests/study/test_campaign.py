@@ -1,4 +1,4 @@
-"""Campaigns as their users meet them: any number of workers, killed at any time, one set of records."""
+"""Studies with any number of workers, killed at any time, give the same records."""
 
 import json
 import os
@@ -17,7 +17,7 @@ from drake_aerial.study.trials import fly_trial
 pytest.importorskip("distributed")
 
 
-def test_a_campaign_has_a_record_for_everything_it_planned(undisturbed, tiny, records_of):
+def test_a_study_has_a_record_for_every_planned_trial(undisturbed, tiny, records_of):
     records = records_of(undisturbed)
     assert [
         (r["condition"], r["method"], r["belief"], r["solution"], r["trial"]) for r in records
@@ -54,7 +54,7 @@ def test_workers_in_other_processes_write_the_same_records(
     assert series_of(tmp_path) == series_of(undisturbed)
 
 
-def test_a_finished_campaign_flies_nothing_more(undisturbed, tiny, tmp_path, copy):
+def test_a_finished_study_flies_nothing_more(undisturbed, tiny, tmp_path, copy):
     folder = copy(undisturbed)
     before = (folder / "records.jsonl").read_bytes()
     summary = run_study(tiny, folder)
@@ -62,7 +62,7 @@ def test_a_finished_campaign_flies_nothing_more(undisturbed, tiny, tmp_path, cop
     assert (folder / "records.jsonl").read_bytes() == before
 
 
-def test_what_is_missing_or_damaged_is_flown_again(undisturbed, tiny, copy, records_of):
+def test_missing_and_damaged_records_are_flown_again(undisturbed, tiny, copy, records_of):
     folder = copy(undisturbed)
     lines = (folder / "records.jsonl").read_text().splitlines()
     damaged = [
@@ -96,7 +96,7 @@ def test_records_of_other_inputs_are_refused(undisturbed, tiny, copy):
         run_study(tiny, folder)
 
 
-def test_a_defect_costs_its_trial_alone_and_leaves_no_record(
+def test_an_unexpected_error_leaves_its_trial_without_a_record(
     undisturbed, tiny, copy, monkeypatch, records_of
 ):
     folder = copy(undisturbed)
@@ -119,7 +119,7 @@ def test_a_defect_costs_its_trial_alone_and_leaves_no_record(
     assert records_of(folder) == records_of(undisturbed)
 
 
-def test_progress_grows_to_the_end_and_weighs_what_is_left(tiny, undisturbed, copy):
+def test_progress_grows_to_the_end(tiny, undisturbed, copy):
     folder = copy(undisturbed)
     lines = (folder / "records.jsonl").read_text().splitlines()
     (folder / "records.jsonl").write_text("\n".join(lines[:6]) + "\n")
@@ -133,7 +133,7 @@ def test_progress_grows_to_the_end_and_weighs_what_is_left(tiny, undisturbed, co
     assert told[-1][1].startswith("flight 8/8, 0 s left")
 
 
-def test_no_scheduler_there_is_said_in_one_line(tiny, tmp_path):
+def test_a_missing_scheduler_is_an_input_error(tiny, tmp_path):
     with pytest.raises(InputError, match="no Dask scheduler answers"):
         run_study(tiny, tmp_path, scheduler="not an address")
 
@@ -169,7 +169,7 @@ def wait_for_records(folder, count, process, seconds=120.0):
     raise AssertionError("no records in time")
 
 
-def test_killing_a_worker_then_the_campaign_changes_nothing(
+def test_killing_a_worker_and_then_the_study_changes_nothing(
     undisturbed, tiny_file, tmp_path, records_of, series_of
 ):
     script = tmp_path / "campaign.py"

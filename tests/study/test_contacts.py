@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from drake_aerial import InputError
+from drake_aerial.contacts.feasibility.reasons import Reason, ReasonKind
 from drake_aerial.contacts.solutions import Solution
 from drake_aerial.geometry import Pose
 from drake_aerial.plant.payload import Payload
@@ -20,7 +21,7 @@ def solution(*positions, reasons=()):
         2,
         -3.0,
         not reasons,
-        tuple(reasons),
+        tuple(map(Reason.from_text, reasons)),
         Pose(p, np.tile(LEVEL, (n, 1))),
         up,
         Pose(p + 0.5 * up, np.tile(LEVEL, (n, 1))),
@@ -44,7 +45,7 @@ def test_what_touches_nothing_moves_to_the_closest_point_and_says_so():
     assert placed.obstacles == ()
     # The transfer's own verdict stays what it was.
     assert not placed.solution.feasible
-    assert placed.solution.reasons == reasons
+    assert tuple(map(str, placed.solution.reasons)) == reasons
 
 
 def test_a_gripper_in_the_air_moves_whether_the_scan_showed_it_or_not():
@@ -58,12 +59,12 @@ def test_moving_to_the_underside_is_no_cure():
     )
     assert placed.moved == pytest.approx([0.06])
     assert len(placed.obstacles) == 1
-    assert "upside down" in placed.obstacles[0]
+    assert placed.obstacles[0].kind is ReasonKind.UPSIDE_DOWN_AFTER_MOVE
 
 
 def test_other_reasons_remain():
     placed = place(solution([0.0, 0.0, 0.14], reasons=("cable through the payload",)), BOX)
-    assert placed.obstacles == ("cable through the payload",)
+    assert placed.obstacles == (Reason(ReasonKind.CABLE_THROUGH_PAYLOAD),)
 
 
 def test_given_contacts_are_set_on_the_surface():

@@ -33,7 +33,7 @@ def test_the_built_in_plan_is_the_published_study():
         "G",
         "H",
     }
-    # 5 conditions x 3 methods x 5 x 10; centroid; A_full, E to G; belief true and the meshes' inertia; H.
+    # 5 conditions x 3 methods x 5 x 10; centroid; A_full, E to G; belief true; inertia mesh; H.
     assert plan.count == 750 + 15 + 4 * 48 + 2 * 5 * 48 + 18
     quick = plan.chosen(solutions=1, trials=1)
     assert quick.count == 15 + 5 + 16 + 2 * 20 + 6
@@ -78,7 +78,11 @@ def test_an_arm_of_two_parts_is_flown_once_as_often_as_the_larger_asks(tmp_path,
     ]
 
 
-GOOD = "conditions:\n  - {name: A, demonstration: flat, payload: box_68x61x28}\nflights:\n  - {conditions: [A], methods: [task]}\n"
+GOOD = """conditions:
+  - {name: A, demonstration: flat, payload: box_68x61x28}
+flights:
+  - {conditions: [A], methods: [task]}
+"""
 
 
 @pytest.mark.parametrize(

@@ -3,12 +3,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from drake_aerial.contacts.feasibility.reasons import Reason
 from drake_aerial.contacts.solutions import ContactSolutions, Solution
 from drake_aerial.geometry import Pose
 from drake_aerial.references.trajectory import HoverTrajectory
 from drake_aerial.study.conditions import Condition
 from drake_aerial.study.plan import Arm
-from drake_aerial.study.trials import fly_trial, plan_trials
+from drake_aerial.study.trial_tasks import plan_trials
+from drake_aerial.study.trials import fly_trial
 
 BOX = Condition(
     "A",
@@ -32,7 +34,7 @@ def solutions(*verdicts):
                 k + 1,
                 -float(k),
                 not reasons,
-                reasons,
+                tuple(map(Reason.from_text, reasons)),
                 Pose(p, LEVEL),
                 up,
                 Pose(p + 0.5 * up, LEVEL),
@@ -82,7 +84,7 @@ def test_keys_follow_everything_a_result_depends_on_and_nothing_else():
     assert not {t.key for tasks in others for t in tasks} & set(keys)
 
 
-def test_what_is_not_flown_says_why():
+def test_the_record_of_an_infeasible_solution_has_the_reason():
     task = trials(solutions(("upside down",), ()))[0]
     flown = fly_trial(task)
     assert flown.series == {}
@@ -97,7 +99,7 @@ def test_what_is_not_flown_says_why():
     assert record["metrics"] is None
 
 
-def test_contacts_that_were_never_found_are_one_record():
+def test_a_failed_transfer_is_one_record():
     (task,) = trials(None, failure="no votes")
     record = fly_trial(task).record
     assert (record["outcome"], record["outcome_reason"], record["rank"]) == (
@@ -124,7 +126,7 @@ def test_a_trial_is_a_record_and_its_series():
     series = flown.series
     assert series["moment"].shape == (len(series["time"]), 1, 3)
     assert np.diff(series["time"]) == pytest.approx(0.05)
-    # The whole flight is scored here: the series' error, every fifth sample, has the record's root mean square but for the sampling.
+    # The whole flight is scored; the series has every fifth sample of it.
     rms = float(np.sqrt(np.mean(series["position_error"].astype(float) ** 2)))
     assert rms == pytest.approx(record["metrics"]["position_rmse_m"], rel=0.3)
 

@@ -1,4 +1,4 @@
-"""Each kind of page in a real browser, on a desk and on a phone: nothing complains, nothing is fetched, something is seen."""
+"""Each kind of page in a real browser, on a wide and on a narrow screen."""
 
 import io
 from functools import partial
@@ -13,7 +13,7 @@ from drake_aerial.demo import run_demo
 from drake_aerial.references.trajectory import HoverTrajectory
 from drake_aerial.simulation import trial
 from drake_aerial.simulation.trial_result import TrialResult
-from drake_aerial.visualization.views import write_view
+from drake_aerial.visualization.file_view import write_view
 
 pytestmark = pytest.mark.browser
 
@@ -63,7 +63,7 @@ def colored(pixels):
         ("skill", ["task features", "contact features"]),
         (
             "contacts",
-            ["method task, skill flat, seed 0", "log J", "feasible", "on the scan: likely"],
+            ["method task, skill flat, seed 0", "log J", "feasible", "scan: contact likely"],
         ),
         ("trial", ["reference path", "position RMSE", "slack cable"]),
     ],

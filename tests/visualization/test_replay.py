@@ -1,4 +1,4 @@
-"""The replay page is whole and moves; a cable is drawn as long as it is."""
+"""The replay page is self-contained and animated; cables are drawn in their length."""
 
 import base64
 import re

@@ -257,7 +257,7 @@ def bare_step(n: int, states: list[np.ndarray], steps: int = 100) -> float:
 
 
 def station_step(n: int, seconds: float = 1.0, times: int = 8) -> float:
-    """Return the CPU seconds of a step of the station whose thrusts are constant, no controller inside."""
+    """Return the CPU seconds of a step of the station under constant thrusts."""
     suspension = SuspendedPayload.from_contacts(
         Payload.read("box_68x61x28"), CONTACTS[n], [[0.0, 0.0, 1.0]] * n
     )

@@ -22,7 +22,7 @@ import json
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 
 import numpy as np
@@ -30,9 +30,11 @@ from contacts import box_skill, curved_skill
 from scans import box_query, box_scan, curved_mesh, curved_query, mesh_points
 
 from drake_aerial.cloud.point_cloud import PointCloud
-from drake_aerial.contacts.feasibility.contact_checker import Examination
+from drake_aerial.contacts.feasibility.contact_checker import ContactChecker
+from drake_aerial.contacts.feasibility.reasons import ReasonKind
 from drake_aerial.contacts.parameters import TransferParameters
-from drake_aerial.contacts.refinement.refine import refine, refine_one
+from drake_aerial.contacts.refinement.refine import refine
+from drake_aerial.contacts.solutions import ContactSolutions, Solution
 from drake_aerial.contacts.transfer import transfer
 from drake_aerial.geometry import (
     Array,
@@ -48,6 +50,7 @@ from drake_aerial.skill.contact_skill import ContactSkill
 from drake_aerial.skill.demonstration import Demonstration
 from drake_aerial.skill.learn import learn
 
+UNBALANCED = (ReasonKind.ONE_SIDED, ReasonKind.UNBALANCED)
 BAR = (1.0, 0.12, 0.08)
 TABLE = (1.1, 0.9, 0.3)
 TRIANGLE = ((-0.21, -0.364, 0.0), (0.42, 0.0, 0.0), (-0.21, 0.364, 0.0))
@@ -138,7 +141,7 @@ def crowded(X: Pose, rng: np.random.Generator) -> Pose:
     return Pose(X.p + rng.uniform(0.03, 0.05) * d / np.linalg.norm(d, axis=1, keepdims=True), X.q)
 
 
-def pulled(X: Pose, rng: np.random.Generator, examination: Examination) -> Pose | None:
+def pulled(X: Pose, rng: np.random.Generator, checker: ContactChecker) -> Pose | None:
     """Return the formation, made smaller where it has to be, pushed along the surface out of its equilibrium."""
     for size in (1.0, 0.8, 0.65, 0.5, 0.4):
         angle = rng.uniform(-np.pi, np.pi)
@@ -147,30 +150,38 @@ def pulled(X: Pose, rng: np.random.Generator, examination: Examination) -> Pose 
             d = (X.p[1] - X.p[0]) / np.linalg.norm(X.p[1] - X.p[0]) * rng.choice([-1.0, 1.0])
         middle = X.p.mean(axis=0)
         for distance in np.arange(0.01, 0.4, 0.01):
-            pushed, _, _ = examination.surface.set_down(
+            pushed, _, _ = checker.surface.set_down(
                 Pose(middle + size * (X.p - middle) + distance * d, X.q)
             )
-            reasons = examination.reasons(pushed)
+            reasons = checker.reasons(pushed)
             if reasons:
                 break
             balanced = pushed
         # Only if the step before was feasible and nothing but the equilibrium was lost.
-        if distance > 0.015 and len(reasons) == 1 and "equilibrium" in reasons[0]:
+        if distance > 0.015 and len(reasons) == 1 and reasons[0].kind in UNBALANCED:
             return Pose(balanced.p + rng.uniform(0.015, 0.04) * d, balanced.q)
     return None
 
 
-def astray(rng: np.random.Generator, examination: Examination) -> Pose | None:
+def astray(rng: np.random.Generator, checker: ContactChecker) -> Pose | None:
     """Return one gripper on a feature where it is infeasible, with a feature at most 5 cm away where it is not."""
-    features = examination.query.scan.features.pose
+    features = checker.query.scan.features.pose
     for i in rng.permutation(len(features.p))[:300]:
         X = features.take([i])
-        if not examination.reasons(X):
+        if not checker.reasons(X):
             continue
         near = np.flatnonzero(np.linalg.norm(features.p - X.p[0], axis=1) < 0.05)
-        if any(not examination.reasons(features.take([j])) for j in near):
+        if any(not checker.reasons(features.take([j])) for j in near):
             return X
     return None
+
+
+def refined(
+    skill: ContactSkill, solutions: ContactSolutions, seed: Solution, solver: str
+) -> Solution:
+    """Return the refinement of one seed."""
+    alone = replace(solutions, solutions=(seed,))
+    return refine(skill, alone, solver=solver, merge=False)[0]
 
 
 def measure(row: Row, seed: int, repeats: int, solver: str) -> None:
@@ -187,20 +198,18 @@ def measure(row: Row, seed: int, repeats: int, solver: str) -> None:
     row.cpu.append((time.process_time() - cpu) / len(solutions))
     for seed_ in solutions.solutions:
         # Each seed beside its own refinement.
-        own = refine_one(skill, query, seed_, solver=solver)
+        own = refined(skill, solutions, seed_, solver)
         if seed_.feasible:
             row.gain.append(own.log_likelihood - seed_.log_likelihood if own.feasible else -np.inf)
         else:
             row.rescued.setdefault("annealed", []).append(own.feasible)
-            row.left += [
-                f"annealed: {before} -> {after}" for before, after in [(seed_.reasons, own.reasons)]
-            ]
+            row.left += [f"annealed: {[*map(str, seed_.reasons)]} -> {[*map(str, own.reasons)]}"]
 
-    examination = Examination(query, TransferParameters())
+    checker = ContactChecker(query, TransferParameters())
     X_NS = invert(query.scan.X_SN)
     for solution in solutions.solutions * repeats:
         X = X_NS @ solution.X_SG
-        if examination.reasons(X):
+        if checker.reasons(X):
             continue
         kinds: dict[str, Pose | None] = {
             "off": off(X, rng),
@@ -208,14 +217,14 @@ def measure(row: Row, seed: int, repeats: int, solver: str) -> None:
             "moved": moved(X, rng),
         }
         if len(skill) > 1:
-            kinds |= {"crowded": crowded(X, rng), "pulled": pulled(X, rng, examination)}
+            kinds |= {"crowded": crowded(X, rng), "pulled": pulled(X, rng, checker)}
         else:
-            kinds["astray"] = astray(rng, examination)
+            kinds["astray"] = astray(rng, checker)
         for name, pose in kinds.items():
-            if pose is None or not examination.reasons(pose):
+            if pose is None or not checker.reasons(pose):
                 continue
             begin = time.process_time()
-            found = refine_one(skill, query, examination.solution(pose), solver=solver)
+            found = refined(skill, solutions, checker.solution(pose), solver)
             row.rescue_cpu.append(time.process_time() - begin)
             row.rescued.setdefault(name, []).append(found.feasible)
             row.left += [f"{name}: {reason}" for reason in found.reasons]

@@ -1,4 +1,4 @@
-"""What speaks for and against a configuration of grippers on a cloud, wherever its poses come from."""
+"""Likelihood and feasibility of any grippers on the cloud of a transfer."""
 
 from __future__ import annotations
 
@@ -7,25 +7,26 @@ from dataclasses import replace
 import numpy as np
 
 from drake_aerial.contacts.contact_query import ContactQuery
-from drake_aerial.contacts.feasibility.reasons import reasons_against
+from drake_aerial.contacts.feasibility.checks import reasons_against
+from drake_aerial.contacts.feasibility.reasons import Reason, ReasonKind
 from drake_aerial.contacts.parameters import TransferParameters
 from drake_aerial.contacts.solutions import Solution
 from drake_aerial.errors import InputError
-from drake_aerial.geometry import Array, Pose, axis_of, rotate
+from drake_aerial.geometry import Pose, axis_of, rotate
 
 # A magnet whose axis leans further from the surface's normal does not hold [rad].
-_FLUSH = float(np.deg2rad(15.0))
+_LARGEST_TILT = float(np.deg2rad(15.0))
 
 
-class Examination:
-    """Likelihood and feasibility of grippers where they are, in the canonical frame N.
+class ContactChecker:
+    """Likelihood and feasibility of grippers in the canonical frame N, wherever they come from.
 
     Parameters
     ----------
     query : ContactQuery or None
         Scan and densities of a transfer: `ContactSolutions.query`.
     parameters : TransferParameters
-        Limits.
+        Limits of feasibility.
 
     Raises
     ------
@@ -41,35 +42,24 @@ class Examination:
             )
         self.query, self.parameters = query, parameters
         self.likelihood, self.surface = query.likelihood, query.scan.surface
+        self.X_SN, self.features = query.scan.X_SN, query.scan.features
         self.centre = query.scan.hull.centroid
 
-    def gaps(self, X_NG: Pose) -> Array:
-        """Return the distances (n,) of grippers from the nearest points of the cloud [m]."""
-        square = np.sum((self.surface.points - X_NG.p[:, None]) ** 2, axis=-1)
-        return np.sqrt(square.min(axis=1))
-
-    def reasons(self, X_NG: Pose) -> tuple[str, ...]:
-        """Return what makes grippers X_NG (n,) infeasible where they are; empty if nothing does."""
+    def reasons(self, X_NG: Pose) -> tuple[Reason, ...]:
+        """Return the reasons why grippers X_NG (n,) are infeasible; empty if they are feasible."""
         X_NQ = self.likelihood.configuration.quadrotors_over(X_NG)
-        reasons = reasons_against(
-            X_NG, X_NQ, self.gaps(X_NG), self.centre, self.surface, self.parameters
-        )
-        return reasons + self._tilted(X_NG)
+        return self._reasons(X_NG, X_NQ, self.parameters)
 
-    def reasons_of_one(self, X_NG: Pose, gripper: int) -> tuple[str, ...]:
-        """Return what makes one of the grippers X_NG (n,) infeasible by itself, whatever the others do."""
+    def reasons_of_one(self, X_NG: Pose, gripper: int) -> tuple[Reason, ...]:
+        """Return the reasons why one of the grippers X_NG (n,) is infeasible by itself."""
         X_NQ = self.likelihood.configuration.quadrotors_over(X_NG)
-        one = X_NG.take([gripper])
-        # What it lifts depends on the others.
-        alone = replace(self.parameters, lift=None)
-        reasons = reasons_against(
-            one, X_NQ.take([gripper]), self.gaps(one), self.centre, self.surface, alone
-        )
-        return reasons + self._tilted(one)
+        # The weight that it lifts depends on the others.
+        limits = replace(self.parameters, lift=None)
+        return self._reasons(X_NG.take([gripper]), X_NQ.take([gripper]), limits)
 
     def solution(self, X_NG: Pose, rank: int = 1) -> Solution:
         """Return the solution with grippers X_NG (n,), in the cloud's frame S."""
-        X_SN, reasons = self.query.scan.X_SN, self.reasons(X_NG)
+        X_SN, reasons = self.X_SN, self.reasons(X_NG)
         _, normal, _ = self.surface.set_down(X_NG)
         return Solution(
             rank=rank,
@@ -81,11 +71,13 @@ class Examination:
             X_SQ=X_SN @ self.likelihood.configuration.quadrotors_over(X_NG),
         )
 
-    def _tilted(self, X_NG: Pose) -> tuple[str, ...]:
+    def _reasons(self, X_NG: Pose, X_NQ: Pose, limits: TransferParameters) -> tuple[Reason, ...]:
+        square = np.sum((self.surface.points - X_NG.p[:, None]) ** 2, axis=-1)
+        gaps = np.sqrt(square.min(axis=1))
+        reasons = reasons_against(X_NG, X_NQ, gaps, self.centre, self.surface, limits)
         _, normal, _ = self.surface.set_down(X_NG)
-        lean = np.arccos(np.clip(np.sum(normal * axis_of(X_NG.q, 2), axis=1), -1.0, 1.0))
-        name = [f"gripper {k + 1}: " if len(lean) > 1 else "" for k in range(len(lean))]
-        return tuple(
-            f"{name[k]}tilted against the surface ({np.rad2deg(lean[k]):.0f} deg)"
-            for k in np.flatnonzero(lean > _FLUSH)
+        tilt = np.arccos(np.clip(np.sum(normal * axis_of(X_NG.q, 2), axis=1), -1.0, 1.0))
+        return reasons + tuple(
+            Reason(ReasonKind.TILTED, int(i) if len(tilt) > 1 else None, value=float(tilt[i]))
+            for i in np.flatnonzero(tilt > _LARGEST_TILT)
         )

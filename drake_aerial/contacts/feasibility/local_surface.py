@@ -1,4 +1,4 @@
-"""The visible surface as something a gripper can be set down on."""
+"""The visible surface of a cloud, onto which grippers are set down."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from drake_aerial.density.kernels import turned_to_axis
 from drake_aerial.features.surface_features import SurfaceFeatures
 from drake_aerial.geometry import Array, Pose, axis_of
 
-# Neighbours that a local plane is fitted to: enough to average a scan's noise over a gripper's footprint.
+# Number of neighbours of a local plane: they average a scan's noise over a gripper's footprint.
 _NEIGHBOURS = 12
-# A circle that holds so many samples in the middling case is empty, by chance, once in 400.
+# A circle that contains 6 samples on average is empty with probability 1/400.
 _HOLE = 6
-# Radius of a vertical column, as a part of the features' neighbourhood.
+# Radius of a vertical column, over the radius of the features' neighbourhood.
 _COLUMN = 0.8
 
 
 class LocalSurface:
-    """Closest places on the surface that the features of a cloud sample.
+    """Surface that the features of a cloud sample, as local planes.
 
     Parameters
     ----------
@@ -31,25 +31,27 @@ class LocalSurface:
         self._features = features
         self._tree = cKDTree(features.p)
         self.points, self.normals = features.p, features.normal
-        # Half a voxel's diagonal and some: the centre of a triangle of samples is no hole.
+        # Larger than half a voxel's diagonal: the centre of a triangle of samples is no hole.
         near = self._tree.query(features.p, k=min(_HOLE + 1, len(features.p)))[0]
         self.spacing = float(np.median(near[:, 1])) * 1.5
-        # Samples fall where they fall: this far from the nearest one is still surface.
+        # Samples are irregular: up to this distance from the nearest one there is still surface.
         self.hole = max(float(np.median(near[:, -1])), self.spacing)
 
     def set_down(self, X_NG: Pose) -> tuple[Pose, Array, Array]:
-        """Move grippers (...) along the surface's normal onto it, and give the surface there.
+        """Move grippers X_NG (...) along the surface's normal onto the surface.
 
-        Only surface on the gripper's own side counts, so that a thin plate's other face does not.
+        Only samples whose normals agree with the gripper's axis count, so that the other face of a
+        thin plate does not.
 
         Returns
         -------
         X_NG : Pose
-            The grippers on the local plane, turned the smallest way that puts their z axes along its normal.
+            Grippers on the local plane, turned by the smallest angle until their z axes are along
+            its normal.
         normal : (..., 3) array
             Outward unit normals of the surface there.
         distance : (...) array
-            Distance of the resulting positions from the nearest point of the cloud [m].
+            Distances of the resulting positions from the nearest point of the cloud [m].
         """
         shape = X_NG.p.shape[:-1]
         p, z = X_NG.p.reshape(-1, 3), axis_of(X_NG.q, 2).reshape(-1, 3)
@@ -58,7 +60,7 @@ class LocalSurface:
         index = index.reshape(len(p), -1)
         normals, points = self.normals[index], self.points[index]
         faces = np.sum(normals * z[:, None], axis=-1) > 0.0
-        # The nearest `count` on this side; where there are none, the nearest of all.
+        # The nearest `count` samples on this side; if there are none, the nearest of all.
         rank = np.cumsum(faces, axis=1)
         use = faces & (rank <= count)
         use[~use.any(axis=1), :count] = True
@@ -76,16 +78,16 @@ class LocalSurface:
         )
 
     def above(self, xy: Array) -> tuple[Pose, Array]:
-        """Return grippers (...) on the topmost surface at horizontal positions xy (..., 2), and its normals.
+        """Return grippers (...) on the topmost surface at positions xy (..., 2), and its normals.
 
-        Beside the object, the surface point nearest in the horizontal is taken.
+        Beside the object, the horizontally nearest surface is used.
         """
         shape = np.shape(xy)[:-1]
         flat = np.reshape(xy, (-1, 2))
         positions = np.empty((len(flat), 3))
         for k, at in enumerate(flat):
             square = np.sum((self.points[:, :2] - at) ** 2, axis=1)
-            # Wide enough that a sparse scan has points of the top in it, not of the bottom alone.
+            # Wide enough to contain points of the top face in a sparse scan.
             column = square <= max(
                 float(square.min()) * 1.0001, (_COLUMN * self._features.rho) ** 2
             )

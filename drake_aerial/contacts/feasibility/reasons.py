@@ -1,235 +1,126 @@
-"""Why a contact cannot be flown: named reasons instead of discarding by hand (docs/method.md)."""
+"""Reasons why a contact solution cannot be flown: values with a kind and a text."""
 
 from __future__ import annotations
 
+import re
+from dataclasses import dataclass
+from enum import Enum
+
 import numpy as np
 
-from drake_aerial.contacts.feasibility.local_surface import LocalSurface
-from drake_aerial.contacts.parameters import TransferParameters
-from drake_aerial.errors import InputError
-from drake_aerial.geometry import Array, Pose, axis_of
-from drake_aerial.statics.lift import Lift
 
-FOOT = 0.03
-"""The part of a cable next to its contact near which points are no obstacle [m]."""
-# Smallest part of the weight that a taut cable carries.
-_TAUT = 1e-3
-# Residual of force (over the weight) and moment (over weight times size) up to which a payload hangs as it lies.
-_BALANCED = 0.02
+class ReasonKind(Enum):
+    """Kind of a reason; its value is the text of such reasons, which contacts.json holds."""
 
-
-def reasons_against(
-    X_NG: Pose,
-    X_NQ: Pose,
-    distance: Array,
-    centre: Array,
-    surface: LocalSurface,
-    parameters: TransferParameters,
-) -> tuple[str, ...]:
-    """Return what makes one solution infeasible; empty if nothing does.
-
-    Parameters
-    ----------
-    X_NG, X_NQ : Pose
-        Grippers and quadrotors of one solution, batches (n,), in a frame N whose z is up.
-    distance : (n,) array
-        Distances of the contacts from the nearest point of the cloud [m].
-    centre : (2,) array
-        Where the centre of mass is believed to be, seen from above [m].
-    surface : LocalSurface
-        The visible surface, in N.
-    parameters : TransferParameters
-        Limits.
-    """
-    n = len(X_NG.p)
-    reasons = []
-    for i in range(n):
-        name = f"gripper {i + 1}: " if n > 1 else ""
-        elevation = np.arcsin(np.clip(axis_of(X_NG.q[i], 2)[2], -1.0, 1.0))
-        if elevation < parameters.min_elevation:
-            reasons.append(
-                f"{name}upside down (its axis points {np.rad2deg(elevation):.0f} deg above the horizontal)"
-            )
-        elif _cable_hits(
-            X_NG.take(i), X_NQ.p[i], surface.points, max(parameters.clearance, surface.spacing)
-        ):
-            reasons.append(f"{name}cable through the payload")
-        if distance[i] > max(parameters.off_surface, surface.hole):
-            reasons.append(f"{name}off the surface (nearest point {100 * distance[i]:.1f} cm away)")
-    reasons += _too_close(X_NQ.p, parameters.separation)
-    reasons += hanging_reasons(X_NG.p, X_NQ.p, centre, parameters.lift)
-    return tuple(reasons)
-
-
-def hanging_reasons(p_G: Array, p_Q: Array, centre: Array, lift: Lift | None = None) -> list[str]:
-    """Return what keeps taut cables from holding a payload as it lies; empty if nothing does.
-
-    Parameters
-    ----------
-    p_G, p_Q : (n, 3) arrays
-        Contacts and quadrotors, z up [m].
-    centre : (2,) array
-        The centre of mass seen from above [m].
-    lift : Lift, optional
-        The payload's weight and the thrust there is; without it nothing is too heavy.
-
-    Raises
-    ------
-    InputError
-        If `lift` is of another number of quadrotors.
-    """
-    tension = tensions(p_G, p_Q, centre)
-    if tension is None or tension.min() < _TAUT:
-        why = (
-            "all contacts on one side of the centre of mass"
-            if one_sided(p_G, centre)
-            else "cables do not balance"
-        )
-        return [f"no positive-tension equilibrium ({why})"]
-    return [] if lift is None else _too_heavy(p_G, p_Q, centre, tension, lift)
-
-
-def _too_heavy(p_G: Array, p_Q: Array, centre: Array, tension: Array, lift: Lift) -> list[str]:
-    n = len(p_G)
-    if len(lift.max_thrust) != n:
-        raise InputError(
-            f"the known thrusts are of {len(lift.max_thrust)} quadrotors, the contacts of {n}"
-        )
-    largest = lift.largest_tension((p_Q - p_G) / np.linalg.norm(p_Q - p_G, axis=1, keepdims=True))
-    if tensions(p_G, p_Q, centre, largest / lift.weight) is not None:
-        return []
-    names = [f"gripper {i + 1}: " if n > 1 else "" for i in range(n)]
-    return [
-        f"{names[i]}more tension than the propellers lift ({lift.weight * tension[i]:.1f} N, at most {largest[i]:.1f} N)"
-        for i in np.flatnonzero(lift.weight * tension > largest)
-    ]
-
-
-def _cable_hits(X_NG: Pose, p_Q: Array, points: Array, clearance: float) -> bool:
-    length = np.linalg.norm(p_Q - X_NG.p)
-    direction = (p_Q - X_NG.p) / length
-    if direction @ axis_of(X_NG.q, 2) < 0.0:
-        return True
-    offset = points - X_NG.p
-    along = offset @ direction
-    radial = np.linalg.norm(offset - along[:, None] * direction, axis=1)
-    return bool(np.any((along > FOOT) & (along < length) & (radial < clearance)))
-
-
-def _too_close(p_Q: Array, separation: float) -> list[str]:
-    reasons = []
-    for i in range(len(p_Q)):
-        for j in range(i):
-            d = np.linalg.norm(p_Q[i] - p_Q[j])
-            if d < separation:
-                reasons.append(
-                    f"quadrotors {j + 1} and {i + 1} too close ({d:.2f} m, at least {separation:.2f} m)"
-                )
-    return reasons
-
-
-def load_shares(p_G: Array, p_Q: Array, centre: Array) -> Array | None:
-    """Return the parts (n,) of the weight that cables carry while the payload hangs at rest as it lies.
-
-    Among the non-negative tensions along the cables that balance weight and moment about the believed
-    centre, those with the smallest residual; None where a residual of over 2 % of weight times size remains.
-    Where many do (four cables, or three on a line), the smallest in norm, or those whose least is the largest.
-    One or two contacts let the payload swing about the line through them, which takes that moment out of the
-    balance.
-
-    Parameters
-    ----------
-    p_G, p_Q : (n, 3) arrays
-        Contacts and quadrotors, z up [m].
-    centre : (2,) array
-        The centre of mass seen from above [m].
-    """
-    tension = tensions(p_G, p_Q, centre)
-    return None if tension is None else tension / max(tension.sum(), 1e-12)
-
-
-def tensions(p_G: Array, p_Q: Array, centre: Array, largest: Array | None = None) -> Array | None:
-    """Return the tensions (n,) of `load_shares`, as parts of the weight: leaning cables add up to more than one.
-
-    Parameters
-    ----------
-    p_G, p_Q, centre : arrays
-        As for `load_shares`.
-    largest : (n,) array, optional
-        Upper bounds; None is returned where the choice cannot keep them.
-    """
-    from scipy.optimize import nnls
-
-    n = len(p_G)
-    if n == 1:
-        tension: Array | None = np.ones(1)
-    else:
-        direction = (p_Q - p_G) / np.linalg.norm(p_Q - p_G, axis=1, keepdims=True)
-        mean = p_G.mean(axis=0)
-        size = float(np.linalg.norm(p_G - mean, axis=1).max())
-        if size < 1e-6:
-            return None
-        # Moments about the mean contact, over the size; only those that the contacts can take up.
-        keep = moment_axes(p_G)
-        arm = (p_G - mean) / size
-        moments = np.cross(arm, direction) @ keep.T
-        at = np.array([centre[0] - mean[0], centre[1] - mean[1], 0.0]) / size
-        load = np.concatenate([[0.0, 0.0, 1.0], np.cross(at, [0.0, 0.0, 1.0]) @ keep.T])
-        matrix = np.vstack([direction.T, moments.T])
-        tension, residual = nnls(matrix, load)
-        if residual > _BALANCED:
-            return None
-        if np.linalg.matrix_rank(matrix, tol=1e-6) < n:
-            tension = _shared(matrix, tension, largest)
-    if tension is not None and largest is not None and np.any(tension > largest * (1.0 + 1e-9)):
-        return None
-    return tension
-
-
-def one_sided(p_G: Array, centre: Array) -> bool:
-    """Return whether all contacts p_G (n, 3) lie on one side of a vertical plane through `centre` (2,) [m].
-
-    Contacts on one line (two always are): on one side of the centre along that line.
-    """
-    offset = p_G[:, :2] - centre
-    if len(moment_axes(p_G)) < 3:
-        line = np.linalg.svd(p_G[:, :2] - p_G[:, :2].mean(axis=0))[2][0]
-        along = offset @ line
-        return bool(np.all(along > 0.0) or np.all(along < 0.0))
-    angle = np.sort(np.arctan2(offset[:, 1], offset[:, 0]))
-    gaps = np.diff(np.append(angle, angle[0] + 2.0 * np.pi))
-    return bool(gaps.max() > np.pi)
-
-
-def _shared(matrix: Array, tension: Array, largest: Array | None = None) -> Array:
-    """Return tensions (n,) with the same forces and moments as `tension`, of which there are many: the smallest in
-    norm, or, if that leaves a cable slack or beyond `largest` (n,), those whose least is the largest.
-    """
-    from scipy.optimize import linprog
-
-    balance = matrix @ tension
-    smallest: Array = np.asarray(np.linalg.lstsq(matrix, balance, rcond=1e-6)[0], float)
-    n, bound = len(tension), np.full(len(tension), np.inf) if largest is None else largest
-    if smallest.min() >= _TAUT * smallest.sum() and np.all(smallest <= bound):
-        return smallest
-    # Unknowns: the tensions, and a lower bound of all of them.
-    best = linprog(
-        np.append(np.zeros(n), -1.0),
-        A_ub=np.hstack([-np.eye(n), np.ones((n, 1))]),
-        b_ub=np.zeros(n),
-        A_eq=np.column_stack([matrix, np.zeros(len(matrix))]),
-        b_eq=balance,
-        bounds=[*((0.0, top) for top in bound), (0.0, None)],
+    UPSIDE_DOWN = "upside down (its axis points {value:.0f} deg above the horizontal)"
+    UPSIDE_DOWN_AFTER_MOVE = "upside down where it was moved to (the surface faces {value:.0f} deg)"
+    CABLE_THROUGH_PAYLOAD = "cable through the payload"
+    OFF_SURFACE = "off the surface (nearest point {value:.1f} cm away)"
+    TILTED = "tilted against the surface ({value:.0f} deg)"
+    QUADROTORS_TOO_CLOSE = (
+        "quadrotors {first} and {second} too close ({value:.2f} m, at least {limit:.2f} m)"
     )
-    return np.asarray(best.x[:n], float) if best.success else tension
+    ONE_SIDED = "no positive-tension equilibrium (all contacts on one side of the centre of mass)"
+    UNBALANCED = "no positive-tension equilibrium (cables do not balance)"
+    TOO_MUCH_TENSION = (
+        "more tension than the propellers lift ({value:.1f} N, at most {limit:.1f} N)"
+    )
+    CONSTRAINT_VIOLATED = 'constraint "{name}" is violated by {value:.2g}'
+    OTHER = "{name}"
 
 
-def moment_axes(p_G: Array) -> Array:
-    """Return the axes (k, 3), in rows, about which contacts p_G (n, 3) [m] can take up a moment: all three, or the two
-    across the line on which they lie.
+# Units in texts that are not SI, over the SI unit.
+_TEXT_UNIT = {
+    ReasonKind.UPSIDE_DOWN: float(np.rad2deg(1.0)),
+    ReasonKind.UPSIDE_DOWN_AFTER_MOVE: float(np.rad2deg(1.0)),
+    ReasonKind.OFF_SURFACE: 100.0,
+    ReasonKind.TILTED: float(np.rad2deg(1.0)),
+}
+
+
+@dataclass(frozen=True)
+class Reason:
+    """One reason against a solution; `str(reason)` is its text.
+
+    Attributes
+    ----------
+    kind : ReasonKind
+        What is wrong.
+    gripper : int or None
+        Index of the gripper, from 0. None if it concerns all of them, or there is only one.
+    pair : (int, int) or None
+        Indices of two quadrotors, from 0.
+    value : float or None
+        The number that is out of bounds: an elevation or a tilt [rad], a distance [m], a tension
+        [N], or the violation of a constraint in the constraint's own unit. A reason that was read
+        from a file has it as rounded as its text.
+    limit : float or None
+        The bound, in the same unit, if the text names it.
+    name : str or None
+        Name of a constraint, or the whole text if the kind is `OTHER`.
+
+    Examples
+    --------
+    >>> from drake_aerial.contacts.feasibility.reasons import Reason, ReasonKind
+    >>> reason = Reason(ReasonKind.OFF_SURFACE, gripper=1, value=0.03)
+    >>> str(reason)
+    'gripper 2: off the surface (nearest point 3.0 cm away)'
+    >>> Reason.from_text(str(reason)) == reason
+    True
     """
-    offset = p_G - p_G.mean(axis=0)
-    size = max(float(np.linalg.norm(offset, axis=1).max()), 1e-6)
-    _, spread, axes = np.linalg.svd(offset / size)
-    line = len(spread) < 2 or spread[1] < 0.05
-    return axes[1:] if line else np.eye(3)
+
+    kind: ReasonKind
+    gripper: int | None = None
+    pair: tuple[int, int] | None = None
+    value: float | None = None
+    limit: float | None = None
+    name: str | None = None
+
+    def __str__(self) -> str:
+        first, second = (-1, -1) if self.pair is None else self.pair
+        text = self.kind.value.format(
+            value=None if self.value is None else self.value * _TEXT_UNIT.get(self.kind, 1.0),
+            limit=self.limit,
+            name=self.name,
+            first=first + 1,
+            second=second + 1,
+        )
+        return text if self.gripper is None else f"gripper {self.gripper + 1}: {text}"
+
+    @classmethod
+    def from_text(cls, text: str) -> Reason:
+        """Return the reason with a text; an unknown text becomes a reason of the kind `OTHER`."""
+        for kind, pattern in _PATTERNS.items():
+            match = pattern.fullmatch(text)
+            if match is not None and str(reason := cls._of_match(kind, match.groupdict())) == text:
+                return reason
+        return cls(ReasonKind.OTHER, name=text)
+
+    @classmethod
+    def _of_match(cls, kind: ReasonKind, given: dict[str, str]) -> Reason:
+        number = {
+            key: float(given[key]) / _TEXT_UNIT.get(kind, 1.0)
+            for key in ("value", "limit")
+            if key in given
+        }
+        return cls(
+            kind,
+            gripper=None if given["gripper"] is None else int(given["gripper"]) - 1,
+            pair=(int(given["first"]) - 1, int(given["second"]) - 1) if "first" in given else None,
+            name=given.get("name"),
+            **number,
+        )
+
+
+def _pattern(kind: ReasonKind) -> re.Pattern[str]:
+    """Return the expression whose groups are the fields of a kind's text."""
+    number = r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?"
+    field = {"name": ".*", "first": r"\d+", "second": r"\d+"}
+    parts = re.split(r"\{(\w+)[^}]*\}", kind.value)
+    for i in range(1, len(parts), 2):
+        parts[i] = f"(?P<{parts[i]}>{field.get(parts[i], number)})"
+    parts[::2] = map(re.escape, parts[::2])
+    return re.compile(r"(?:gripper (?P<gripper>\d+): )?" + "".join(parts), re.DOTALL)
+
+
+_PATTERNS = {kind: _pattern(kind) for kind in ReasonKind}

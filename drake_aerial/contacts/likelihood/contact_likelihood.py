@@ -53,7 +53,7 @@ class ScalePrior:
         p_FG: Array | None = None,
         cuts: ScanCuts | None = None,
     ) -> ScalePrior:
-        """Return the prior of mean and spread of log(h_new / h_old) over all directions.
+        """Return the prior with mean and spread of log(h_new / h_old) over all directions.
 
         Parameters
         ----------

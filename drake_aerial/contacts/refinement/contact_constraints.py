@@ -1,17 +1,20 @@
-"""What a configuration of grippers has to satisfy, as smooth functions with Jacobians.
+"""Feasibility of grippers as smooth constraints with Jacobians.
 
-Each constraint gives lower and upper bounds and maps the grippers X_NG (n,) of one configuration to its values (m,) and
-their Jacobians by positions (m, n, 3) [1/m] and by rotation vectors w (m, n, 3) of the perturbed rotations exp(w) R_NG.
-The bounds stay a little inside those of `reasons_against`, whose tests are not smooth.
+A constraint has lower and upper bounds (m,). It maps the grippers X_NG (n,) of one configuration to
+values (m,) and their Jacobians by positions p (m, n, 3) [1/m] and by rotation vectors w (m, n, 3)
+of the perturbed rotations exp(w) R_NG. The bounds are slightly tighter than those of
+`reasons_against`, whose checks are not smooth.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Protocol
 
 import numpy as np
 
-from drake_aerial.contacts.feasibility.reasons import FOOT
+from drake_aerial.contacts.feasibility.checks import FOOT
+from drake_aerial.contacts.feasibility.contact_checker import ContactChecker
 from drake_aerial.contacts.likelihood.formation_frame import (
     FormationFrame,
     FormationFrames,
@@ -22,8 +25,10 @@ from drake_aerial.geometry import Array, Pose, axis_of, cross, perpendicular
 
 # Width of the soft minimum over obstacles [m].
 _SOFT = 0.001
-# Cable and gripper axis enclose less than 89 degrees.
+# Least cosine between cable and gripper axis: they enclose less than 89 degrees.
 _OUTWARD = 0.0175
+# By how much the gap to the scan stays below its bound [m].
+_GAP_MARGIN = 5e-4
 
 
 class Constraint(Protocol):
@@ -38,21 +43,21 @@ class Constraint(Protocol):
 
 
 class SurfaceConstraint:
-    """One gripper on the surface: at level zero, flush with it, not over a hole or beyond an edge, not upside down.
+    """One gripper on the surface: flush, not over a hole or beyond an edge, not upside down.
 
-    Values: the level [m]; two components of the deviation of the axis from the normal (sines); the gap to the scan's
-    points [m]; the sine of the axis' elevation.
+    Values: the level above the surface [m]; two components of the deviation of the axis from the
+    normal (sines); the gap to the scan's points [m]; the sine of the axis' elevation.
 
     Parameters
     ----------
     surface : SmoothSurface
         The surface near the gripper.
     axis : (3,) array
-        The gripper's axis in its seed, about which the deviation is resolved.
+        Axis of the gripper at the start; the deviation's components are across it.
     largest_gap : float
-        Bound of the gap [m].
+        Upper bound of the gap [m].
     min_elevation : float
-        Bound of the elevation [rad].
+        Lower bound of the elevation [rad].
     """
 
     def __init__(
@@ -82,23 +87,23 @@ class SurfaceConstraint:
 
 
 class CableConstraint:
-    """One cable clear of the payload: off the gripper outwards, and every scan point outside a tube around it.
+    """One cable clear of the payload: it leaves the gripper outwards, and no scan point is near it.
 
-    Values: the cosine between the cable and the gripper's axis; the soft minimum of the distances [m] of scan points
-    from the cable, its foot left out.
+    Values: the cosine between the cable and the gripper's axis; the soft minimum of the distances
+    [m] of scan points from the cable, without its foot next to the gripper.
 
     Parameters
     ----------
     frames : FormationFrames
-        Say where cables go.
+        Formation frames, which give the cables' directions.
     gripper : int
-        Which one.
+        Index of the gripper.
     X_NG : Pose
-        The seed's grippers (n,).
+        Grippers of the seed, batch (n,).
     points : (N, 3) array
-        The scan [m].
+        Points of the scan [m].
     clearance : float
-        Bound of the distance [m].
+        Lower bound of the distance [m].
     reach : float
         How far contacts may move from the seed [m].
     """
@@ -141,7 +146,21 @@ class CableConstraint:
         return value, by_p, by_w
 
     def _distances(self, X_NG: Pose) -> tuple[Array, Array, Array, Array, FormationFrame]:
-        """Return distances (N,) from the cable, offsets (N, 3) from its nearest point, and where that is (N,) [m]."""
+        """Return where scan points are relative to the cable.
+
+        Returns
+        -------
+        distance : (N,) array
+            Distances from the cable [m].
+        apart : (N, 3) array
+            Offsets from the cable's nearest point [m].
+        along : (N,) array
+            Distance of that point from the end of the foot, along the cable [m].
+        d : (3,) array
+            Direction of the cable.
+        frame : FormationFrame
+            The formation frame.
+        """
         frame = self._frames(X_NG)
         d = frame.turned(self._direction_F)
         offset = self._points - (X_NG.p[self._gripper] + FOOT * d)
@@ -151,14 +170,14 @@ class CableConstraint:
 
 
 class SeparationConstraint:
-    """Quadrotors apart: squared distances over the squared least one, for every pair.
+    """Quadrotors apart: squared distance of every pair over the squared least distance.
 
     Parameters
     ----------
     frames : FormationFrames
-        Say where quadrotors hang their cables, n > 1.
+        Formation frames, which give the cables' directions, n > 1.
     separation : float
-        The least distance [m].
+        Least distance [m].
     """
 
     def __init__(self, frames: FormationFrames, separation: float):
@@ -187,3 +206,34 @@ class SeparationConstraint:
         by_p[pair, self._first] += 2.0 / self._separation * apart
         by_p[pair, self._second] -= 2.0 / self._separation * apart
         return np.sum(apart * apart, axis=1), by_p, by_w
+
+
+def contact_constraints(
+    checker: ContactChecker, frames: FormationFrames, seed: Pose, start: Pose, reach: float
+) -> Iterator[tuple[str, Constraint, slice]]:
+    """Yield the name of each constraint, the constraint, and the grippers that it depends on.
+
+    Parameters
+    ----------
+    checker : ContactChecker
+        Surface and limits.
+    frames : FormationFrames
+        Formation frames of the likelihood's configuration model.
+    seed, start : Pose
+        Grippers X_NG (n,) of the seed and of the initial guess.
+    reach : float
+        How far contacts may move from the seed along each axis [m].
+    """
+    limits, surface, features = checker.parameters, checker.surface, checker.features
+    largest_gap = max(limits.off_surface, surface.hole) - _GAP_MARGIN
+    clearance = max(limits.clearance, surface.spacing)
+    every = slice(None)
+    for k in range(len(seed.p)):
+        near = SmoothSurface(features, seed.p[k], np.sqrt(3.0) * reach, surface.spacing)
+        axis = axis_of(start.q[k], 2)
+        on = SurfaceConstraint(near, axis, largest_gap, limits.min_elevation)
+        yield f"gripper {k + 1} on the surface", on, slice(k, k + 1)
+        cable = CableConstraint(frames, k, seed, features.p, clearance, reach)
+        yield f"cable {k + 1} clear of the payload", cable, every
+    if len(seed.p) > 1:
+        yield "quadrotors apart", SeparationConstraint(frames, limits.separation), every

@@ -14,21 +14,21 @@ ValueAndJacobian = Callable[[Array], tuple[Array, Array]]
 
 
 class Differentiable:
-    """A function of a vector that takes doubles or AutoDiffXd, whose derivatives it carries on by the chain rule.
+    """Function of a vector of doubles or AutoDiffXd, with derivatives by the chain rule.
 
     Drake's `AddCost` and `AddConstraint` take it as it is.
 
     Parameters
     ----------
     value_and_jacobian : callable
-        A vector (D,) to the value (m,) and its Jacobian (m, D).
+        Function from a vector (D,) to the value (m,) and its Jacobian (m, D).
     scalar : bool
-        Whether the value is one number, as a cost's has to be, rather than an array.
+        True for a function whose value is one number, as of a cost, instead of an array.
 
     Raises
     ------
     InputError
-        When called with anything else than doubles or AutoDiffXd, symbolic expressions for instance.
+        If called with anything but doubles or AutoDiffXd, for instance symbolic expressions.
     """
 
     def __init__(self, value_and_jacobian: ValueAndJacobian, *, scalar: bool = False):
@@ -49,8 +49,8 @@ class Differentiable:
 
         if not all(isinstance(entry, AutoDiffXd) for entry in x):
             raise InputError(
-                f"a contact program's cost or constraint was evaluated with {type(x[0]).__name__}; it takes float or "
-                "AutoDiffXd"
+                "a contact program's cost or constraint must be evaluated with float or "
+                f"AutoDiffXd, got {type(x[0]).__name__}"
             )
         value, jacobian = self.value_and_jacobian(ExtractValue(x)[:, 0])
         out = InitializeAutoDiff(value, jacobian @ ExtractGradient(x))[:, 0]

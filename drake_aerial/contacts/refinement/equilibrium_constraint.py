@@ -1,34 +1,33 @@
-"""The static equilibrium of a payload on several cables, with the tensions as unknowns (docs/method.md)."""
+"""Static equilibrium of a payload on several cables as a constraint on poses and tensions."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from drake_aerial.contacts.feasibility.reasons import moment_axes
 from drake_aerial.contacts.likelihood.formation_frame import FormationFrames, about_z
-from drake_aerial.geometry import Array, Pose, cross
+from drake_aerial.geometry import Array, Pose, cross, skew
+from drake_aerial.statics.equilibrium import balance_matrix, moment_axes
 
 _Z = np.array([0.0, 0.0, 1.0])
-# Residual of force (over the weight) and moment (over weight times size) that counts as balanced: well below what
-# `load_shares` accepts.
-_BALANCED = 0.003
+# Well below `BALANCE_TOLERANCE`, so that solutions of the program pass that check.
+_TOLERANCE = 0.003
 
 
 class EquilibriumConstraint:
-    """Balance of forces and moments on the payload as it lies: tensions along the cables against the weight.
+    """Balance of forces and moments on the level payload: cable tensions against the weight.
 
-    Values: sum_i T_i d_i - e_z (3), and the moments about the mean contact over the formation's size (3), T_i the part
-    of the weight that cable i pulls with. Contacts on one line (two always are) let the payload swing about it: the
-    moment about that line is left out.
+    Values: sum_i T_i d_i - e_z (3), and the moments about the mean contact over the formation's
+    size (3); T_i is the tension of cable i as a part of the weight. Collinear contacts (two always
+    are) let the payload swing about their line: the moment about it is left out.
 
     Parameters
     ----------
     frames : FormationFrames
-        Say where cables go, n > 1.
+        Formation frames, which give the cables' directions, n > 1.
     X_NG : Pose
-        The seed's grippers (n,).
+        Grippers of the seed, batch (n,).
     centre : (2,) array
-        Where the centre of mass is believed to be, seen from above, in N [m].
+        Horizontal position of the believed centre of mass in N [m].
     """
 
     def __init__(self, frames: FormationFrames, X_NG: Pose, centre: Array):
@@ -41,10 +40,10 @@ class EquilibriumConstraint:
             gaps = np.linalg.norm(X_NG.p[:, None] - X_NG.p, axis=-1)
             a, b = np.unravel_index(np.argmax(gaps), gaps.shape)
             self._ends = int(a), int(b)
-        self.lower, self.upper = np.full(6, -_BALANCED), np.full(6, _BALANCED)
+        self.lower, self.upper = np.full(6, -_TOLERANCE), np.full(6, _TOLERANCE)
 
     def __call__(self, X_NG: Pose, tension: Array) -> tuple[Array, Array, Array, Array]:
-        """Return values (6,) and their Jacobians by p and w (6, n, 3) and by the tensions (6, n)."""
+        """Return values (6,) and their Jacobians by p and w (6, n, 3) and by tensions (6, n)."""
         n, size = len(tension), self._size
         frame = self._frames(X_NG)
         d = frame.turned(self._cables)
@@ -54,11 +53,11 @@ class EquilibriumConstraint:
 
         moment = np.sum(cross(arm, pull), axis=0) - cross(at, _Z)
         # d(arm x pull) = -pull x d(arm); the mean contact moves with every gripper.
-        by_arm = -_skew(pull) / size
+        by_arm = -skew(pull) / size
         moment_by_p = by_arm - by_arm.mean(axis=0)
         moment_by_p[:, 0, 1] += 1.0 / (n * size)
         moment_by_p[:, 1, 0] -= 1.0 / (n * size)
-        moment_by_t, moment_by_yaw = cross(arm, d).T, np.sum(cross(arm, turn), axis=0)
+        by_tension, moment_by_yaw = balance_matrix(arm, d), np.sum(cross(arm, turn), axis=0)
         if self._ends is not None:
             a, b = self._ends
             length = float(np.linalg.norm(X_NG.p[b] - X_NG.p[a]))
@@ -68,21 +67,11 @@ class EquilibriumConstraint:
             moment_by_p = across @ moment_by_p
             moment_by_p[b] += by_e
             moment_by_p[a] -= by_e
-            moment, moment_by_t, moment_by_yaw = (
-                across @ moment,
-                across @ moment_by_t,
-                across @ moment_by_yaw,
-            )
+            moment, moment_by_yaw = across @ moment, across @ moment_by_yaw
+            by_tension[3:] = across @ by_tension[3:]
 
         value = np.concatenate([pull.sum(axis=0) - _Z, moment])
         by_yaw = np.concatenate([turn.sum(axis=0), moment_by_yaw])
         by_p = by_yaw[:, None, None] * frame.yaw_by_p
         by_p[3:] += moment_by_p.transpose(1, 0, 2)
-        return value, by_p, by_yaw[:, None, None] * frame.yaw_by_w, np.vstack([d.T, moment_by_t])
-
-
-def _skew(v: Array) -> Array:
-    """Return the matrices (n, 3, 3) with skew(v) a = v x a."""
-    out = np.zeros((len(v), 3, 3))
-    out[:, 0, 1], out[:, 0, 2], out[:, 1, 2] = -v[:, 2], v[:, 1], -v[:, 0]
-    return out - out.transpose(0, 2, 1)
+        return value, by_p, by_yaw[:, None, None] * frame.yaw_by_w, by_tension

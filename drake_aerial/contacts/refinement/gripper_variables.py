@@ -1,9 +1,14 @@
-"""The decision variables of a contact program: gripper poses in the cloud's own frame."""
+"""Decision variables of a contact program: gripper poses in the cloud's frame."""
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
+from drake_aerial.contacts.refinement.contact_constraints import Constraint
+from drake_aerial.contacts.refinement.differentiable import Differentiable
+from drake_aerial.contacts.refinement.likelihood_factors import Factor
 from drake_aerial.geometry import (
     Array,
     Pose,
@@ -14,38 +19,68 @@ from drake_aerial.geometry import (
     transform,
 )
 
-_REMEMBERED = 16
+if TYPE_CHECKING:
+    from pydrake.solvers import MathematicalProgram
+
+# Number of vectors x whose poses are cached.
+_CACHED = 16
+# Typical steps of a position [m] and a quaternion: solvers see variables over these.
+_SCALE_P, _SCALE_Q = 0.02, 0.1
 
 
 class GripperVariables:
-    """The vector x (7 n): for each gripper its position p_SG [m] and quaternion q_SG (w, x, y, z).
+    """Vector x (7 n): for each gripper its position p_SG [m] and quaternion q_SG (w, x, y, z).
 
-    S is the cloud's frame, in which users think; densities and constraints are evaluated in its canonical frame N.
-    A quaternion q that is not of unit length stands for the rotation q / |q|, so that every function is smooth around
-    the unit sphere.
+    S is the cloud's frame, which users know; densities and constraints are evaluated in its
+    canonical frame N. A quaternion q that is not of unit length stands for the rotation q / |q|, so
+    that every function is smooth around the unit sphere.
 
     Parameters
     ----------
+    prog : MathematicalProgram
+        Program to which the variables are added, with bounds, scaling and initial guess.
     X_SN : Pose
         The canonical frame in the cloud's frame.
+    seed, start : Pose
+        Grippers X_SG (n,) from which positions may depart, and those of the initial guess.
+    reach : float
+        How far positions may move from the seed along each axis [m].
+
+    Attributes
+    ----------
+    p, q : (n, 3) and (n, 4) arrays of Drake variables
     """
 
-    def __init__(self, X_SN: Pose):
-        self.X_SN, self._X_NS = X_SN, invert(X_SN)
-        self._R_SN = matrix_from_quat(X_SN.q)
-        # A solver asks many functions at the same x, one after another.
+    def __init__(
+        self, prog: MathematicalProgram, X_SN: Pose, seed: Pose, start: Pose, reach: float
+    ):
+        self._X_NS, self._R_SN = invert(X_SN), matrix_from_quat(X_SN.q)
+        # A solver evaluates many functions at the same x, one after another.
         self._poses: dict[bytes, Pose] = {}
+        n = len(seed.p)
+        self.p = prog.NewContinuousVariables(n, 3, "p_SG")
+        self.q = prog.NewContinuousVariables(n, 4, "q_SG")
+        lower, upper = (seed.p - reach).ravel(), (seed.p + reach).ravel()
+        prog.AddBoundingBoxConstraint(lower, upper, self.p.ravel())
+        prog.AddBoundingBoxConstraint(-1.1, 1.1, self.q.ravel())
+        for variables, size in ((self.p, _SCALE_P), (self.q, _SCALE_Q)):
+            for variable in variables.ravel():
+                prog.SetVariableScaling(variable, size)
+        for q in self.q:
+            unit = prog.AddQuadraticConstraint(2.0 * np.eye(4), np.zeros(4), 1.0, 1.0, q)
+            unit.evaluator().set_description("unit quaternion")
+        prog.SetInitialGuess(self.p, start.p)
+        prog.SetInitialGuess(self.q, start.q)
 
-    def vector(self, X_NG: Pose) -> Array:
-        """Return x (7 n) of grippers X_NG (n,)."""
-        X_SG = self.X_SN @ X_NG
-        return np.hstack([X_SG.p, X_SG.q]).ravel()
+    def of_grippers(self, grippers: slice = slice(None)) -> np.ndarray:
+        """Return the variables (7 m) of m grippers: p and q of the first, of the second, etc."""
+        return np.hstack([self.p, self.q])[grippers].ravel()
 
     def poses(self, x: Array) -> Pose:
-        """Return the grippers X_NG (n,) of x (7 n); the same object for the same x, as long as it is remembered."""
+        """Return the grippers X_NG (n,) of x (7 n); the same object while it is cached."""
         key = x.tobytes()
         if key not in self._poses:
-            if len(self._poses) >= _REMEMBERED:
+            if len(self._poses) >= _CACHED:
                 self._poses.clear()
             rows = np.reshape(x, (-1, 7))
             q = rows[:, 3:] / np.sqrt(np.sum(rows[:, 3:] ** 2, axis=1, keepdims=True))
@@ -54,13 +89,31 @@ class GripperVariables:
             )
         return self._poses[key]
 
+    def scalar(self, factor: Factor, sign: float = 1.0) -> Differentiable:
+        """Return a factor of J, or its negative, as a function of variables x."""
+
+        def function(x: Array) -> tuple[Array, Array]:
+            value, by_p, by_w = factor(self.poses(x))
+            return np.array([sign * value]), sign * self.jacobian(x, by_p[None], by_w[None])
+
+        return Differentiable(function, scalar=True)
+
+    def vector(self, constraint: Constraint) -> Differentiable:
+        """Return a constraint's values as a function of variables x."""
+
+        def function(x: Array) -> tuple[Array, Array]:
+            value, by_p, by_w = constraint(self.poses(x))
+            return value, self.jacobian(x, by_p, by_w)
+
+        return Differentiable(function)
+
     def jacobian(self, x: Array, by_p: Array, by_w: Array) -> Array:
-        """Return the Jacobian (m, 7 n) by x from those by poses in N.
+        """Return the Jacobian (m, 7 n) by x from the Jacobians by poses in N.
 
         Parameters
         ----------
         x : (7 n,) array
-            Where.
+            The variables' values.
         by_p : (m, n, 3) array
             Derivatives by the positions p_NG [1/m].
         by_w : (m, n, 3) array

@@ -1,7 +1,8 @@
-"""The factors of the contact likelihood J, with analytic gradients (docs/method.md).
+"""Factors of the contact likelihood J, with analytic gradients (docs/method.md).
 
-Each factor maps the n grippers of one configuration, X_NG in the canonical frame N, to its logarithm and the gradients
-by positions (n, 3) [1/m] and by rotation vectors w (n, 3) [1/rad] of the perturbed rotations exp(w) R_NG.
+A factor maps the n grippers X_NG of one configuration, in the canonical frame N, to its logarithm
+and its gradients by positions p (n, 3) [1/m] and by rotation vectors w (n, 3) [1/rad] of the
+perturbed rotations exp(w) R_NG.
 """
 
 from __future__ import annotations
@@ -39,9 +40,9 @@ class ConfigurationFactor:
     Parameters
     ----------
     likelihood : ContactLikelihood
-        Holds the configuration model and the prior.
+        Likelihood with the configuration model and the prior.
     frames : FormationFrames
-        Of its configuration model.
+        Formation frames of its configuration model.
     """
 
     def __init__(self, likelihood: ContactLikelihood, frames: FormationFrames):
@@ -101,7 +102,7 @@ class ConfigurationFactor:
         )[:, 1:]
 
     def _scale_slope(self, scale: float) -> float:
-        """Return the derivative of the scale by the overlap of grippers and reference; zero where it is bounded."""
+        """Return the scale's slope over the overlap of grippers and reference."""
         return self._likelihood.scale_slope if scale > SMALLEST_SCALE else 0.0
 
 
@@ -118,7 +119,7 @@ class QueryFactor:
         self._query = query
 
     def __call__(self, X_NG: Pose) -> tuple[float, Array, Array]:
-        """Return the logarithm and its gradients by p and w of one gripper X_NG (1,), (1, 3) each."""
+        """Return the logarithm and its gradients (1, 3) by p and w for one gripper X_NG (1,)."""
         value, by_p, by_w = self._query.log_density_and_gradient(X_NG)
         return float(value[0]), by_p, by_w
 
@@ -129,9 +130,9 @@ class VotesFactor:
     Parameters
     ----------
     likelihood : ContactLikelihood
-        Holds the votes, which it must have.
+        Likelihood with votes.
     frames : FormationFrames
-        Of its configuration model.
+        Formation frames of its configuration model.
     """
 
     def __init__(self, likelihood: ContactLikelihood, frames: FormationFrames):
@@ -149,3 +150,40 @@ class VotesFactor:
             by_p = by_p + self._gamma * slope[2] * frame.yaw_by_p
             by_w = self._gamma * slope[2] * frame.yaw_by_w
         return self._gamma * float(value), by_p, by_w
+
+
+class LikelihoodFactors:
+    """All factors of log J.
+
+    Parameters
+    ----------
+    likelihood : ContactLikelihood
+        The likelihood.
+    frames : FormationFrames
+        Formation frames of its configuration model.
+
+    Attributes
+    ----------
+    named : list of (str, Factor, slice)
+        Name of each factor's logarithm, the factor, and the grippers that it depends on.
+    """
+
+    def __init__(self, likelihood: ContactLikelihood, frames: FormationFrames):
+        every = slice(None)
+        self.named: list[tuple[str, Factor, slice]] = [
+            ("log H", ConfigurationFactor(likelihood, frames), every)
+        ]
+        if likelihood.votes is not None:
+            self.named.append(("gamma log V", VotesFactor(likelihood, frames), every))
+        for k, query in enumerate(likelihood.queries):
+            self.named.append((f"log Q_{k + 1}", QueryFactor(query), slice(k, k + 1)))
+
+    def __call__(self, X_NG: Pose) -> tuple[float, Array, Array]:
+        """Return log J of grippers X_NG (n,) and its gradients by p and w, (n, 3) each."""
+        value, by_p, by_w = 0.0, np.zeros_like(X_NG.p), np.zeros_like(X_NG.p)
+        for _, factor, grippers in self.named:
+            log_f, f_p, f_w = factor(Pose(X_NG.p[grippers], X_NG.q[grippers]))
+            value += log_f
+            by_p[grippers] += f_p
+            by_w[grippers] += f_w
+        return value, by_p, by_w

@@ -1,15 +1,15 @@
-"""Refining annealed solutions: each seeds a MathematicalProgram, and is kept where that finds nothing better."""
+"""Refinement of annealed solutions: each seeds a contact program, whose end is kept if better."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from drake_aerial.contacts.contact_query import ContactQuery
-from drake_aerial.contacts.feasibility.contact_checker import Examination
+from drake_aerial.contacts.feasibility.contact_checker import ContactChecker
 from drake_aerial.contacts.parameters import TransferParameters
 from drake_aerial.contacts.refinement.program import REACH, ContactProgram
 from drake_aerial.contacts.search.selection import distinct
@@ -18,12 +18,12 @@ from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, Pose, invert
 from drake_aerial.skill.contact_skill import ContactSkill
 
-# Features around an infeasible gripper that are looked at, and how many of them, the likeliest and then the nearest
-# first, are tried as footholds.
+# Number of features near an infeasible gripper that are considered as footholds; of these, the
+# likeliest `_TRIED` are tried, then the nearest `_TRIED`.
 _CONSIDERED, _TRIED = 150, 30
-# Most major iterations of the solver; nearly all programs end within 20.
+# Largest number of the solver's major iterations; nearly all programs end within 20.
 _ITERATIONS = 40
-# Further seeds that are tried, for each solution wanted, where several end at the same place.
+# Number of further seeds tried per solution wanted, if several seeds end at the same place.
 _FURTHER = 3
 
 
@@ -40,140 +40,88 @@ def refine(
 ) -> ContactSolutions:
     """Improve the solutions of a transfer by local optimisation (docs/method.md).
 
-    No solution gets worse: a feasible one stays feasible and its likelihood does not fall; an infeasible one becomes
-    feasible, at whatever likelihood that takes, or else is replaced only by one with fewer or the same reasons against
-    it and a larger likelihood.
+    No solution gets worse. A feasible one stays feasible and its likelihood does not fall. An
+    infeasible one becomes feasible, at any likelihood; failing that, it is only replaced by one of
+    larger likelihood with at most as many reasons against it.
 
     Parameters
     ----------
     skill : ContactSkill
-        What was learnt.
+        The learnt skill.
     solutions : ContactSolutions
-        What `transfer` returned with this skill, with its `query`.
+        Result of `transfer` with this skill.
     parameters : TransferParameters, optional
-        Limits of feasibility; those of the transfer.
+        Limits of feasibility; those of the transfer by default.
     solver : str
         `snopt`, `ipopt` or `nlopt`.
     reach : float
         How far a contact may move from its seed along each axis [m].
     merge : bool
-        Whether seeds that end at the same place are returned once, so that solutions stay distinct; then ends of other
-        annealing chains are refined too, until there are `top`. Else one is returned for every seed.
+        If True, seeds that end at the same place give one solution, and ends of other annealing
+        chains are refined until there are `top`. If False, every seed gives one solution.
     top : int, optional
-        Number of distinct solutions wanted; as many as are given by default. Fewer are returned where the chains found
-        fewer places.
+        Number of distinct solutions wanted; by default as many as are given. Fewer are returned if
+        the chains found fewer places.
     progress : callable, optional
-        Called with the fraction done and what is being done.
+        Called with the fraction done and the name of the step.
 
     Returns
     -------
     ContactSolutions
-        Ranked by likelihood anew; `timing` gains `refine_s`.
+        Ranked by their new likelihood; `timing` gains `refine_s`.
 
     Raises
     ------
     InputError
-        If the solutions have no `query` (they were read from a file, or are of `centroid`), come from a skill
-        of another number of grippers, the solver is unknown, or `top` is less than 1.
+        If the solutions have no `query` (they were read from a file, or are of `centroid`) or
+        another number of grippers than the skill, the solver is unknown, or `top` is less than 1.
 
     Examples
     --------
     >>> from drake_aerial import read_scan, read_skill, refine, transfer
     >>> skill = read_skill("flat")
     >>> contacts = transfer(skill, read_scan("box_68x68x28"), top=1)
-    >>> bool(refine(skill, contacts).best.log_likelihood >= contacts.best.log_likelihood)
+    >>> refined = refine(skill, contacts)
+    >>> bool(refined.best.log_likelihood >= contacts.best.log_likelihood)
     True
     """
     if top is not None and top < 1:
-        raise InputError(f"top should be at least 1, got {top}")
-    wanted = len(solutions) if top is None else top
-    parameters = parameters or TransferParameters()
-    report = progress or (lambda fraction, what: None)
-    begin = time.perf_counter()
-    examination = Examination(solutions.query, parameters)
+        raise InputError(f"`top` must be at least 1, got {top}")
+    begin, report = time.perf_counter(), progress or (lambda fraction, step: None)
+    limits = parameters or solutions.parameters or TransferParameters()
+    checker = ContactChecker(solutions.query, limits)
+    improve = partial(_refined, skill, checker, solver=solver, reach=reach)
     refined = []
     for k, seed in enumerate(solutions.solutions):
         report(k / len(solutions), "refinement")
-        refined.append(_refined(skill, examination, seed, solver, reach))
-    order = np.argsort([-solution.log_likelihood for solution in refined], kind="stable")
+        refined.append(improve(seed))
     if merge and refined:
-        cable_length = skill.configuration.cable_length
-        order = _merged(refined, parameters.distinct, cable_length)
-        for further in _further_seeds(examination, refined, _FURTHER * wanted):
-            if len(order) >= wanted:
-                break
-            refined.append(_refined(skill, examination, further, solver, reach))
-            order = _merged(refined, parameters.distinct, cable_length)
-        order = order[:wanted]
+        refined = _distinct(refined, top or len(refined), skill, checker, improve)
+    refined.sort(key=lambda solution: -solution.log_likelihood)
     report(1.0, "refinement")
-    ranked = tuple(replace(refined[i], rank=rank) for rank, i in enumerate(order, 1))
+    ranked = tuple(replace(solution, rank=rank) for rank, solution in enumerate(refined, 1))
     timing = solutions.timing | {"refine_s": round(time.perf_counter() - begin, 4)}
     return replace(solutions, solutions=ranked, timing=timing)
 
 
-def refine_one(
-    skill: ContactSkill,
-    query: ContactQuery | None,
-    seed: Solution,
-    *,
-    parameters: TransferParameters | None = None,
-    solver: str = "snopt",
-    reach: float = REACH,
-) -> Solution:
-    """Return the refinement of one solution, or the solution itself where nothing better is found; as `refine`."""
-    return _refined(
-        skill, Examination(query, parameters or TransferParameters()), seed, solver, reach
-    )
-
-
-def _further_seeds(
-    examination: Examination, known: list[Solution], most: int
-) -> Iterator[Solution]:
-    """Yield up to `most` ends of annealing chains, each time the one furthest from the solutions known by then.
-
-    The list may grow meanwhile. Grippers are taken for interchangeable.
-    """
-    chains, X_NS = examination.query.chains, invert(examination.query.scan.X_SN)
-    if chains is None:
-        return
-    away, seen = np.full(len(chains.p), np.inf), 0
-    for _ in range(most):
-        for solution in known[seen:]:
-            away = np.minimum(away, _apart(chains.p, (X_NS @ solution.X_SG).p))
-        seen = len(known)
-        furthest = int(np.argmax(away))
-        if away[furthest] < examination.parameters.distinct:
-            return
-        # Where it ends may be known; it is not tried again.
-        away[furthest] = 0.0
-        yield examination.solution(chains.take(furthest))
-
-
-def _apart(a: Array, b: Array) -> Array:
-    """Return how far configurations a (K, n, 3) are from b (n, 3): the largest distance of a gripper of either from the
-    nearest of the other [m], shape (K,).
-    """
-    gap = np.linalg.norm(a[:, :, None] - b, axis=-1)
-    return np.maximum(gap.min(axis=2).max(axis=1), gap.min(axis=1).max(axis=1))
-
-
 def _refined(
-    skill: ContactSkill, examination: Examination, seed: Solution, solver: str, reach: float
+    skill: ContactSkill, checker: ContactChecker, seed: Solution, *, solver: str, reach: float
 ) -> Solution:
-    query, best = examination.query, seed
-    for start in _starts(examination, seed, reach):
+    """Return the refinement of a seed, or the seed itself if nothing better is found."""
+    best = seed
+    for start in _starts(checker, seed, reach):
         program = ContactProgram(
             skill,
-            query,
+            checker.query,
             seed,
+            start=checker.X_SN @ start,
             reach=reach,
-            start=query.scan.X_SN @ start,
-            examination=examination,
+            checker=checker,
         )
         found = program.solve(solver, iterations=_ITERATIONS).solution
         if not found.feasible:
-            # Where it started may do.
-            found = examination.solution(start)
+            # The start itself may be better than the seed.
+            found = checker.solution(start)
         if _better(found, best):
             best = replace(found, rank=seed.rank)
         if best.feasible:
@@ -181,23 +129,33 @@ def _refined(
     return best
 
 
-def _starts(examination: Examination, seed: Solution, reach: float) -> Iterator[Pose]:
-    """Yield initial guesses in N: the seed set down on the surface, grippers that cannot stand there on footholds; then
-    the seed set down as it is, if that differs.
+def _better(found: Solution, kept: Solution) -> bool:
+    """Return True if a solution is to replace the one kept so far."""
+    if found.feasible != kept.feasible:
+        return found.feasible
+    likelier = found.log_likelihood > kept.log_likelihood
+    return likelier and (found.feasible or len(found.reasons) <= len(kept.reasons))
+
+
+def _starts(checker: ContactChecker, seed: Solution, reach: float) -> Iterator[Pose]:
+    """Yield initial guesses X_NG (n,) for a seed.
+
+    First the seed set down on the surface, infeasible grippers moved to footholds; then the seed
+    set down as it is, if that differs.
     """
-    X_NG, _, _ = examination.surface.set_down(invert(examination.query.scan.X_SN) @ seed.X_SG)
-    standing = _on_footholds(examination, X_NG, reach)
-    yield standing
-    if standing is not X_NG:
+    X_NG, _, _ = checker.surface.set_down(invert(checker.X_SN) @ seed.X_SG)
+    moved = _on_footholds(checker, X_NG, reach)
+    yield moved
+    if moved is not X_NG:
         yield X_NG
 
 
-def _on_footholds(examination: Examination, X_NG: Pose, reach: float) -> Pose:
-    """Return grippers (n,) of which those that cannot stand where they are stand on features nearby that let them."""
-    features, X = examination.query.scan.features, X_NG
-    upward = features.normal[:, 2] > np.sin(examination.parameters.min_elevation)
+def _on_footholds(checker: ContactChecker, X_NG: Pose, reach: float) -> Pose:
+    """Return grippers (n,) of which infeasible ones are moved to a feasible feature nearby."""
+    features, X = checker.features, X_NG
+    upward = features.normal[:, 2] > np.sin(checker.parameters.min_elevation)
     for k in range(len(X.p)):
-        if not examination.reasons_of_one(X, k):
+        if not checker.reasons_of_one(X, k):
             continue
         near = np.flatnonzero(upward & np.all(np.abs(features.p - X_NG.p[k]) <= reach, axis=1))
         near = near[:: max(len(near) // _CONSIDERED, 1)]
@@ -207,25 +165,83 @@ def _on_footholds(examination: Examination, X_NG: Pose, reach: float) -> Pose:
             np.repeat(X.p[None], len(near), axis=0), np.repeat(X.q[None], len(near), axis=0)
         )
         trials.p[:, k], trials.q[:, k] = features.p[near], features.q[near]
-        order = np.argsort(-examination.likelihood(trials, coarse=True), kind="stable")
+        order = np.argsort(-checker.likelihood(trials, coarse=True), kind="stable")
         nearest = np.argsort(np.linalg.norm(features.p[near] - X_NG.p[k], axis=1), kind="stable")
         tried = [*order[:_TRIED], *nearest[:_TRIED]]
-        stands = (i for i in tried if not examination.reasons_of_one(trials.take(i), k))
-        chosen = next(stands, None)
+        feasible = (i for i in tried if not checker.reasons_of_one(trials.take(i), k))
+        chosen = next(feasible, None)
         X = X if chosen is None else trials.take(chosen)
     return X
 
 
-def _better(found: Solution, kept: Solution) -> bool:
-    if found.feasible != kept.feasible:
-        return found.feasible
-    likelier = found.log_likelihood > kept.log_likelihood
-    return likelier and (found.feasible or len(found.reasons) <= len(kept.reasons))
+def _distinct(
+    refined: list[Solution],
+    wanted: int,
+    skill: ContactSkill,
+    checker: ContactChecker,
+    improve: Callable[[Solution], Solution],
+) -> list[Solution]:
+    """Return up to `wanted` distinct solutions, refining ends of other chains if there are fewer.
+
+    Parameters
+    ----------
+    refined : list of Solution
+        Refined solutions; refinements of further seeds are appended.
+    wanted : int
+        Number of solutions.
+    skill : ContactSkill
+        The skill, for its cable lengths.
+    checker : ContactChecker
+        Checker with the ends of the chains.
+    improve : callable
+        Refinement of one seed.
+    """
+    distance, lengths = checker.parameters.distinct, skill.configuration.cable_length
+    order = _merged(refined, distance, lengths)
+    for further in _further_seeds(checker, refined, _FURTHER * wanted):
+        if len(order) >= wanted:
+            break
+        refined.append(improve(further))
+        order = _merged(refined, distance, lengths)
+    return [refined[i] for i in order[:wanted]]
+
+
+def _further_seeds(
+    checker: ContactChecker, refined: list[Solution], most: int
+) -> Iterator[Solution]:
+    """Yield up to `most` ends of annealing chains, always the one furthest from all of `refined`.
+
+    The caller may append to `refined` meanwhile. Grippers count as interchangeable.
+    """
+    chains, X_NS = checker.query.chains, invert(checker.X_SN)
+    if chains is None:
+        return
+    distance, compared = np.full(len(chains.p), np.inf), 0
+    for _ in range(most):
+        for solution in refined[compared:]:
+            distance = np.minimum(distance, _distance(chains.p, (X_NS @ solution.X_SG).p))
+        compared = len(refined)
+        furthest = int(np.argmax(distance))
+        if distance[furthest] < checker.parameters.distinct:
+            return
+        # Its refinement may end at a known place; it is not tried again.
+        distance[furthest] = 0.0
+        yield checker.solution(chains.take(furthest))
+
+
+def _distance(a: Array, b: Array) -> Array:
+    """Return the distances (K,) [m] of configurations a (K, n, 3) from b (n, 3).
+
+    That is the largest distance of a gripper of either from the nearest gripper of the other.
+    """
+    gap = np.linalg.norm(a[:, :, None] - b, axis=-1)
+    return np.maximum(gap.min(axis=2).max(axis=1), gap.min(axis=1).max(axis=1))
 
 
 def _merged(refined: list[Solution], distance: float, cable_length: Array) -> np.ndarray:
-    """Return the indices of distinct solutions, the likeliest first; a feasible one is never merged into another that
-    is not.
+    """Return the indices of distinct solutions, the likeliest first.
+
+    A feasible solution is never merged into an infeasible one.
     """
     X = Pose(np.stack([s.X_SG.p for s in refined]), np.stack([s.X_SG.q for s in refined]))
     log_j = np.array([s.log_likelihood for s in refined])

@@ -1,4 +1,4 @@
-"""A smooth model of the visible surface around a place, for constraints that an optimiser differentiates."""
+"""Smooth model of the visible surface around a point, for differentiable constraints."""
 
 from __future__ import annotations
 
@@ -9,27 +9,27 @@ import numpy as np
 from drake_aerial.features.surface_features import SurfaceFeatures
 from drake_aerial.geometry import Array, axis_of
 
-# How much the gripper's axis z prefers features whose normals n agree with it: weight exp(_SIDE n.z). The other face
-# of a thin plate then counts e^-12, a side face e^-6.
+# Weight exp(_SIDE n.z) of features whose normals n agree with the gripper's axis z. Relative to the
+# gripper's own face, the other face of a thin plate has the weight e^-12, a side face e^-6.
 _SIDE = 6.0
-# Fewest features that a model is made of, where none are within reach.
+# Smallest number of features in a model, if fewer are within reach.
 _FEWEST = 100
 
 
 @dataclass(frozen=True, eq=False)
 class Footing:
-    """The surface below one gripper, and how it changes with the gripper's position p and axis z.
+    """Surface below one gripper, with derivatives by the gripper's position p and axis z.
 
     Attributes
     ----------
     level : float
-        Signed distance from the surface, outwards positive [m].
+        Signed distance of the gripper from the surface, outwards positive [m].
     level_by_p, level_by_z : (3,) arrays
     normal : (3,) array
         Outward unit normal.
     normal_by_p, normal_by_z : (3, 3) arrays
     gap : float
-        Distance [m] to the features nearby, a smooth upper bound of the distance to the nearest one.
+        Smooth upper bound of the distance to the nearest feature [m].
     gap_by_p : (3,) array
     """
 
@@ -44,22 +44,23 @@ class Footing:
 
 
 class SmoothSurface:
-    """Moving average of the features' osculating paraboloids, with Gaussian weights.
+    """Weighted average of the features' osculating paraboloids.
 
-    Feature i says that a point p is n_i.d + (kappa_1 (k_1.d)^2 + kappa_2 (k_2.d)^2) / 2 above the surface,
-    d = p - p_i, n_i its normal, k_1 and k_2 its principal directions; its weight is that of a Gaussian of the
-    features' spacing, and of how well its normal agrees with the gripper's axis, so that a thin plate has two faces.
+    By the paraboloid of feature i, a point p is n_i.d + (kappa_1 (k_1.d)^2 + kappa_2 (k_2.d)^2) / 2
+    above the surface, with d = p - p_i, the normal n_i and the principal directions k_1 and k_2.
+    The weights are Gaussians of d, times a factor for the agreement of n_i with the gripper's axis:
+    the two faces of a thin plate stay apart.
 
     Parameters
     ----------
     features : SurfaceFeatures
         Features of the cloud, in a frame N.
     centre : (3,) array
-        Around where the model is to hold [m].
+        Centre of the region that the model represents [m].
     reach : float
-        Distance from `centre` up to which it is to hold [m].
+        Radius of that region [m].
     spacing : float
-        Distance between neighbouring features [m], the width of the weights.
+        Distance between neighbouring features, the width of the Gaussians [m].
     """
 
     def __init__(self, features: SurfaceFeatures, centre: Array, reach: float, spacing: float):
@@ -68,11 +69,11 @@ class SmoothSurface:
         if len(near) < min(_FEWEST, len(features)):
             near = np.sort(np.argsort(square, kind="stable")[:_FEWEST])
         taken = features.take(near)
-        # At a rim the frame's axes are not the principal directions.
+        # At a rim, the axes of the feature's frame are not the principal directions.
         kappa = np.where(taken.rim[:, None], 0.0, taken.r / taken.rho)
         self._points, self._normals = taken.p, taken.normal
         k1, k2 = axis_of(taken.q, 0), axis_of(taken.q, 1)
-        # The paraboloid's second derivative, row by row.
+        # Second derivatives of the paraboloids.
         self._hessian = kappa[:, :1, None] * k1[:, :, None] * k1[:, None] + kappa[:, 1:, None] * (
             k2[:, :, None] * k2[:, None]
         )

@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from drake_aerial.errors import InputError
+from drake_aerial.geometry import Array
+
+if TYPE_CHECKING:
+    from pydrake.solvers import MathematicalProgram
 
 SOLVERS = ("snopt", "ipopt", "nlopt")
 """Names of the solvers that `ContactProgram.solve` accepts."""
 
-# By how much a constraint may be missed, in its own unit.
-_FEASIBLE = 1e-5
+FEASIBILITY_TOLERANCE = 1e-5
+"""Largest violation of a constraint, in the constraint's unit."""
+# Standard deviation of a perturbation, over the variable's scaling.
+_PERTURBATION = 0.25
 
 
 def solver_by_name(name: str, iterations: int, tolerance: float) -> tuple[Any, Any]:
@@ -22,9 +30,9 @@ def solver_by_name(name: str, iterations: int, tolerance: float) -> tuple[Any, A
     name : str
         One of `SOLVERS`.
     iterations : int
-        Most major iterations (function evaluations for nlopt).
+        Largest number of major iterations (function evaluations for nlopt).
     tolerance : float
-        Of optimality, in the solver's own measure.
+        Optimality tolerance, in the solver's own measure.
 
     Raises
     ------
@@ -39,26 +47,38 @@ def solver_by_name(name: str, iterations: int, tolerance: float) -> tuple[Any, A
             {
                 "Major iterations limit": iterations,
                 "Major optimality tolerance": tolerance,
-                "Major feasibility tolerance": _FEASIBLE,
+                "Major feasibility tolerance": FEASIBILITY_TOLERANCE,
             },
         ),
         "ipopt": (
             IpoptSolver,
-            {"max_iter": iterations, "tol": tolerance, "constr_viol_tol": _FEASIBLE},
+            {"max_iter": iterations, "tol": tolerance, "constr_viol_tol": FEASIBILITY_TOLERANCE},
         ),
         "nlopt": (
             NloptSolver,
-            {"max_eval": iterations, "constraint_tol": _FEASIBLE, "xtol_rel": tolerance},
+            {
+                "max_eval": iterations,
+                "constraint_tol": FEASIBILITY_TOLERANCE,
+                "xtol_rel": tolerance,
+            },
         ),
     }
     if name not in settings:
-        raise InputError(f"unknown solver {name!r}; accepted: {', '.join(SOLVERS)}")
+        raise InputError(f"`solver` must be one of {', '.join(SOLVERS)}, got {name!r}")
     make, values = settings[name]
     solver, options = make(), SolverOptions()
     if not (solver.available() and solver.enabled()):
         raise InputError(
-            f"Drake has no solver {name} here; accepted: others of {', '.join(SOLVERS)}"
+            f"the solver {name} is not available in this Drake; use another of {', '.join(SOLVERS)}"
         )
     for key, value in values.items():
         options.SetOption(solver.solver_id(), key, value)
     return solver, options
+
+
+def perturbed(prog: MathematicalProgram, guess: Array, rng: np.random.Generator) -> Array:
+    """Return a guess (N,) plus Gaussian noise of a quarter of each variable's scaling."""
+    scale = np.ones(len(guess))
+    for index, size in prog.GetVariableScaling().items():
+        scale[index] = size
+    return guess + _PERTURBATION * scale * rng.standard_normal(len(guess))

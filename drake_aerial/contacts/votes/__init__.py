@@ -1,1 +1,1 @@
-"""Votes of salient features for the contact, and what they read from outline and heights."""
+"""Votes of salient features for the contact; cuts and height profile of a scan."""

@@ -171,7 +171,7 @@ class HullVotes:
         if not self.density.total > 1e-12 * len(self.weights):
             raise JobError(
                 "the votes are zero: no salient feature of the new cloud resembles one of the "
-                "demonstration in curvature and depth; use method `kopicki`, which has no votes, "
+                "demonstration in curvature and depth; use method `control`, which has no votes, "
                 "or a skill demonstrated on an object that is more alike"
             )
 

@@ -1,50 +1,57 @@
-"""The paper's claims, each with our figure, its interval, and a verdict by a rule that is stated beside it."""
+"""Claims of the paper: findings with intervals, and a verdict by a stated rule."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from enum import StrEnum
 from typing import Any
 
-from drake_aerial.study.analysis.quantities import BELIEF_ORDER, position
+from drake_aerial.study.analysis.labels import BELIEF_ORDER, position
 
 PAPER_CONDITIONS = ("A", "B", "C", "D")
 OURS = ("task", "paper")
 BASELINE = "kopicki"
 FEWEST_SOLUTIONS = 4
-"""A verdict on methods needs at least so many solutions of each: of three, no interval covers more than three quarters."""
+"""Smallest number of solutions of each method for a verdict: intervals of three undercover."""
 
-BETTER, WORSE, UNDECIDED, NOT_TESTED = "holds", "reversed", "undecided", "not tested"
+
+class Outcome(StrEnum):
+    """Result of the test of a claim in one condition; "reversed" means that the opposite holds."""
+
+    HOLDS = "holds"
+    REVERSED = "reversed"
+    UNDECIDED = "undecided"
+    NOT_TESTED = "not tested"
 
 
 @dataclass(frozen=True)
 class Finding:
-    """What one condition under one belief says about a claim.
+    """The test of a claim in one condition under one belief.
 
     Attributes
     ----------
     condition, belief : str
-        Where; the belief is empty for claims about contacts alone.
+        The belief is empty for claims about contacts alone.
     subject : str
-        Whose: the method in question, or what is compared.
-    outcome : str
-        holds, reversed (the opposite is shown), undecided (the interval allows both) or not tested.
+        The tested method, or the compared contacts.
+    outcome : Outcome
     figure : tuple
         (value, low, high) in `unit`.
     unit : str
-        As written, after `factor` has been applied.
+        Unit of the figure.
     detail : str
-        More figures, or why it was not tested.
+        Further numbers, or the reason why it was not tested.
     digits : int
-        Behind the point.
+        Decimal places of the figure.
     counted : bool
-        Whether the verdict rests on it: not on conditions that the paper does not have.
+        Part of the verdict; False for conditions that the paper does not have.
     """
 
     condition: str
     belief: str
     subject: str
-    outcome: str
+    outcome: Outcome
     figure: tuple[float | None, float | None, float | None] = (None, None, None)
     unit: str = ""
     detail: str = ""
@@ -52,36 +59,40 @@ class Finding:
     counted: bool = True
 
     def text(self) -> str:
-        """Return the figure with its interval, as written."""
+        """Return the figure with its interval and unit."""
         value, low, high = self.figure
         if value is None:
             return self.detail or "–"
-        text = f"{value:.{self.digits}f}"
+        text = self._write(value)
         if low is not None and high is not None:
-            text += f" [{low:.{self.digits}f}, {high:.{self.digits}f}]"
+            text += f" [{self._write(low)}, {self._write(high)}]"
         return f"{text} {self.unit}".strip().replace("-", "−")
+
+    def _write(self, value: float) -> str:
+        # A ratio has no upper limit if the other spread is zero in some resamples.
+        return "∞" if value > 1e9 else f"{value:.{self.digits}f}"
 
 
 @dataclass(frozen=True)
 class Claim:
-    """One claim of the paper, as tested.
+    """One claim of the paper with its test.
 
     Attributes
     ----------
     key : str
-        A name for it.
+        Short name.
     text : str
-        What the paper says.
+        The paper's statement.
     rule : str
-        How its verdict comes about, in words.
+        Definition of the verdict.
     figure : str
-        What the figure is.
+        Definition of the findings' figure.
     findings : tuple of Finding
-        One a condition, belief and subject.
+        One per condition, belief and subject.
     verdicts : dict
-        Subject to verdict.
+        Verdict by subject.
     why : tuple of str
-        Where it does not hold: figures that show the reason.
+        Numbers that explain findings that do not hold.
     """
 
     key: str
@@ -90,10 +101,10 @@ class Claim:
     figure: str
     findings: tuple[Finding, ...]
     verdicts: dict[str, str]
-    why: tuple[str, ...] = field(default=())
+    why: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the claim as it stands in summary.json."""
+        """Return the claim's entry of summary.json."""
         return {
             "key": self.key,
             "claim": self.text,
@@ -122,46 +133,57 @@ class Claim:
 def verdict(findings: Sequence[Finding]) -> str:
     """Return the verdict over the conditions that count and over beliefs.
 
-    Within a belief: "holds" if it holds in every condition tested, "holds in A, C only" if in some, "undecided" if
-    every interval allows both, "does not hold" otherwise.
-    Over beliefs: that, if all agree; "holds under belief X" if it holds in full under X alone; each belief's own otherwise.
+    Within a belief: "holds" if it holds in every tested condition, "holds in A, C only" if in some,
+    "undecided" if every interval allows both, "does not hold" otherwise. Over beliefs: the common
+    verdict, or each belief's own, such as "holds under belief X".
     """
     findings = [f for f in findings if f.counted]
     words = {
         belief: _of_conditions([f for f in findings if f.belief == belief])
         for belief in sorted({f.belief for f in findings}, key=lambda b: position(BELIEF_ORDER, b))
     }
-    words = {belief: word for belief, word in words.items() if word != NOT_TESTED}
+    words = {belief: word for belief, word in words.items() if word != Outcome.NOT_TESTED}
     if not words:
-        return NOT_TESTED
+        return Outcome.NOT_TESTED
     if len(set(words.values())) == 1:
         return next(iter(words.values()))
-    rest = [f"{word} under {belief}" for belief, word in words.items() if word != "holds"]
-    full = [belief for belief, word in words.items() if word == "holds"]
+    rest = [f"{word} under {belief}" for belief, word in words.items() if word != Outcome.HOLDS]
+    full = [belief for belief, word in words.items() if word == Outcome.HOLDS]
     return "; ".join(([f"holds under belief {', '.join(full)}"] if full else []) + rest)
 
 
+def verdicts_of_methods(findings: Sequence[Finding]) -> dict[str, str]:
+    """Return the verdict for each of our methods that was tested."""
+    own = {method: [f for f in findings if f.subject == method] for method in OURS}
+    verdicts = {method: verdict(tested) for method, tested in own.items() if tested}
+    return verdicts or {OURS[0]: Outcome.NOT_TESTED}
+
+
 def _of_conditions(findings: Sequence[Finding]) -> str:
-    tested = [f for f in findings if f.outcome != NOT_TESTED]
-    held = [f.condition for f in tested if f.outcome == BETTER]
+    tested = [f for f in findings if f.outcome != Outcome.NOT_TESTED]
+    held = [f.condition for f in tested if f.outcome == Outcome.HOLDS]
     if not tested:
-        return NOT_TESTED
+        return Outcome.NOT_TESTED
     if not held:
-        return UNDECIDED if all(f.outcome == UNDECIDED for f in tested) else "does not hold"
+        return (
+            Outcome.UNDECIDED
+            if all(f.outcome == Outcome.UNDECIDED for f in tested)
+            else "does not hold"
+        )
     if len(held) == len(tested):
         return "holds"
     return f"holds in {', '.join(dict.fromkeys(held))} only"
 
 
 def paper_conditions(names: Sequence[str]) -> tuple[str, ...]:
-    """Return the conditions on which the paper's claims are tested: its own, or all of a study that has none of them."""
+    """Return the conditions that count for verdicts: the paper's, or all if there are none."""
     return tuple(name for name in names if name in PAPER_CONDITIONS) or tuple(names)
 
 
-def outcome_of(low: float | None, high: float | None, line: float) -> str:
-    """Return what an interval says about "smaller than `line`"."""
+def outcome_of(low: float | None, high: float | None, line: float) -> Outcome:
+    """Return the outcome of the claim "smaller than `line`" from an interval."""
     if low is None or high is None:
-        return NOT_TESTED
+        return Outcome.NOT_TESTED
     if high < line:
-        return BETTER
-    return WORSE if low > line else UNDECIDED
+        return Outcome.HOLDS
+    return Outcome.REVERSED if low > line else Outcome.UNDECIDED

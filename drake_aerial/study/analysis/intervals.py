@@ -1,12 +1,14 @@
-"""Intervals that say how much a figure may be trusted: cluster bootstrap and Wilson.
+"""Confidence intervals: cluster bootstrap and Wilson.
 
-Flights of one contact solution are not independent: they share the contact, which is what decides how well they go. Fifty
-flights of five solutions are therefore nearer to five observations than to fifty. The bootstrap here draws solutions first and
-then, within each drawn solution, its flights (a two-stage bootstrap; Davison and Hinkley, 1997, section 3.8).
+Flights of one contact solution are not independent: they share the contact, which decides most of
+their error. Fifty flights of five solutions are closer to five observations than to fifty. The
+bootstrap therefore draws solutions first and then, within each drawn solution, its flights (a
+two-stage bootstrap; Davison and Hinkley, 1997, section 3.8).
 """
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -18,11 +20,13 @@ from drake_aerial.geometry import Array
 
 LEVEL = 0.95
 RESAMPLES = 4000
+SEED = 20221
+"""Seed of the bootstrap."""
 
 
 @dataclass(frozen=True)
 class Interval:
-    """A figure with its interval; `low` and `high` are None where nothing could be resampled."""
+    """A value with its interval; `low` and `high` are None if there is too little data."""
 
     value: float | None
     low: float | None
@@ -33,22 +37,26 @@ class Interval:
         return [self.value, self.low, self.high]
 
 
+def named_generator(*names: str) -> np.random.Generator:
+    """Return the generator of a named figure; it does not depend on other figures."""
+    return np.random.default_rng([SEED, zlib.crc32("/".join(names).encode())])
+
+
 def cluster_weights(
     sizes: Sequence[int], rng: np.random.Generator, resamples: int = RESAMPLES
 ) -> Array:
-    """Return how much each value counts in each resample: (resamples, N), rows sum to one, clusters one after the other.
+    """Return the weights of N values in each resample, (resamples, N); rows sum to one.
 
-    Drawing as many clusters as there are, and from each drawn one as many members as it has, leaves multinomial counts of
-    clusters and, given those, multinomial counts of members; these are drawn directly.
+    The number of times each cluster is drawn is multinomial; given these, so are the numbers of its
+    members. Both are drawn directly. The values are ordered by cluster.
 
     Parameters
     ----------
     sizes : sequence of int
-        How many members each cluster (solution) has.
+        Number of members (flights) of each cluster (solution).
     rng : numpy.random.Generator
-        What draws.
     resamples : int
-        How many.
+        Number of resamples.
 
     Raises
     ------
@@ -57,7 +65,8 @@ def cluster_weights(
     """
     if not len(sizes) or min(sizes) < 1:
         raise InputError(
-            f"clusters of sizes {list(sizes)} given; at least one, each of at least one member, is accepted"
+            f"`sizes` must be one or more numbers of at least 1, got {list(sizes)}; "
+            "leave empty clusters out"
         )
     drawn = rng.multinomial(len(sizes), np.full(len(sizes), 1.0 / len(sizes)), size=resamples)
     counts = [
@@ -76,20 +85,20 @@ def cluster_bootstrap(
     resamples: int = RESAMPLES,
     level: float = LEVEL,
 ) -> Interval:
-    """Return a mean of clustered values, or a function of means, with its percentile bootstrap interval.
+    """Return the mean of clustered values, or a function of means, with its bootstrap interval.
 
     Parameters
     ----------
     clusters : sequence of (m_k,) or (m_k, C) arrays
-        The values of one cluster each, for instance the flights of one solution; empty ones are left out.
+        The values of one cluster each, for instance the flights of one solution; empty clusters are
+        left out.
     rng : numpy.random.Generator
-        What draws.
     of_means : callable, optional
         Takes means (B, C) of the C columns and returns (B,); the first column's mean by default.
     resamples : int
-        How many.
+        Number of resamples.
     level : float
-        Coverage aimed at.
+        Nominal coverage.
 
     Returns
     -------
@@ -112,7 +121,17 @@ def cluster_bootstrap(
 def percentile_limits(
     samples: Array, count: int, level: float = LEVEL
 ) -> tuple[float | None, float | None]:
-    """Return the limits of an expanded percentile interval from bootstrap samples (B,) of `count` independent things; None where not finite."""
+    """Return the limits of the expanded percentile interval; None where not finite.
+
+    Parameters
+    ----------
+    samples : (B,) array
+        Bootstrap samples.
+    count : int
+        Number of independent observations.
+    level : float
+        Nominal coverage.
+    """
     from scipy.special import ndtr, stdtrit
 
     tail = float(ndtr(np.sqrt(count / (count - 1.0)) * stdtrit(count - 1, 0.5 * (1.0 - level))))
@@ -121,30 +140,21 @@ def percentile_limits(
 
 
 def wilson(failures: int, attempts: int, level: float = LEVEL) -> Interval:
-    """Return a rate with Wilson's score interval (Wilson, 1927), which stays within 0 and 1 and does not shrink to nothing at 0 of n.
+    """Return a rate with Wilson's score interval (Wilson, 1927).
 
     Raises
     ------
     InputError
-        If there are more failures than attempts, or less than none.
+        If `failures` is not in 0 to `attempts`.
     """
-    from scipy.special import ndtri
+    from scipy.stats import binomtest
 
     if not 0 <= failures <= attempts:
-        raise InputError(
-            f"{failures} failures of {attempts} attempts given; from 0 to all is accepted"
-        )
+        raise InputError(f"`failures` must be in 0 to {attempts}, got {failures}")
     if attempts == 0:
         return Interval(None, None, None)
-    z = float(ndtri(0.5 * (1.0 + level)))
-    rate = failures / attempts
-    middle = (rate + z * z / (2 * attempts)) / (1 + z * z / attempts)
-    half = (
-        z
-        / (1 + z * z / attempts)
-        * np.sqrt(rate * (1 - rate) / attempts + z * z / (4 * attempts**2))
-    )
-    return Interval(rate, max(0.0, float(middle - half)), min(1.0, float(middle + half)))
+    limits = binomtest(failures, attempts).proportion_ci(level, method="wilson")
+    return Interval(failures / attempts, float(limits.low), float(limits.high))
 
 
 def _finite(value: float) -> float | None:

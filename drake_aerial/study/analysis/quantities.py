@@ -1,61 +1,11 @@
-"""What the study measures of a flight: key in the records, words, unit, and how it is written."""
+"""The measured quantities of a flight: key in the records, name, unit and format."""
 
 from __future__ import annotations
 
-import zlib
 from dataclasses import dataclass
 
-# Colours that stay apart for every kind of colour vision (Okabe and Ito); one a method, everywhere.
-METHOD_COLORS = {
-    "task": "#0072B2",
-    "paper": "#009E73",
-    "kopicki": "#D55E00",
-    "centroid": "#7F7F7F",
-    "control": "#CC79A7",
-    "head": "#0072B2",
-    "middle": "#E69F00",
-    "thigh": "#D55E00",
-}
-# And one line style and mark each, for prints without colour.
-METHOD_LINES = {
-    "task": "-",
-    "paper": "--",
-    "kopicki": "-.",
-    "centroid": ":",
-    "middle": "--",
-    "thigh": "-.",
-}
-METHOD_MARKS = {
-    "task": "o",
-    "paper": "s",
-    "kopicki": "^",
-    "centroid": "D",
-    "middle": "s",
-    "thigh": "^",
-}
-METHOD_ORDER = ("task", "paper", "kopicki", "control", "centroid", "head", "middle", "thigh")
-METHOD_WORDS = {
-    "task": "this package's method: the demonstration's edges vote for where the gripper belongs, relative to the object's size",
-    "paper": "the paper's method as published: the same votes, as rigid displacements, by sampling",
-    "kopicki": "the baseline: the surface must look like the demonstrated one, anywhere on the object (Kopicki et al., 2016)",
-    "control": "this package's method without its votes",
-    "centroid": "no learning at all: the surface point above the middle of what is seen",
-    "head": "contact given: on the bunny's head",
-    "middle": "contact given: on the middle of the bunny's back",
-    "thigh": "contact given: on the bunny's thigh",
-}
-BELIEF_ORDER = ("below_contact", "geometric", "true")
-BELIEF_WORDS = {
-    "below_contact": "the controller takes the centre of mass to lie straight below the contact",
-    "geometric": "the controller takes the centre of mass to be the middle of the scan's hull",
-    "true": "the controller knows the true centre of mass",
-}
-INERTIA_ORDER = ("table", "mesh")
-INERTIA_WORDS = {
-    "table": "mass and moments of inertia of the paper's table, the same for every payload",
-    "mesh": "moments of inertia of the payload's own shape, of uniform density",
-}
 FAILURES = ("dropped", "crashed", "diverged")
+"""Outcomes of a failed flight."""
 
 
 @dataclass(frozen=True)
@@ -65,15 +15,14 @@ class Quantity:
     Attributes
     ----------
     key : str
-        In a record's metrics, in SI units.
+        Its key in a record's metrics, in SI units.
     name : str
-        In words.
     unit : str
-        As written.
+        Unit in the report.
     factor : float
         From SI to `unit`.
     digits : int
-        Behind the point.
+        Decimal places in the report.
     """
 
     key: str
@@ -88,6 +37,12 @@ class Quantity:
             return "–"
         text = f"{self.factor * value:{'+' if sign else ''}.{self.digits}f}"
         return text.replace("-", "−")
+
+    def bracket(self, low: float | None, high: float | None) -> str:
+        """Return an interval in SI as text "[low, high]" in `unit`; empty for None."""
+        if low is None or high is None:
+            return ""
+        return f"[{self.write(low)}, {self.write(high)}]"
 
 
 DEGREES = 57.29577951308232
@@ -107,19 +62,4 @@ QUANTITIES = (
 )
 BY_KEY = {quantity.key: quantity for quantity in QUANTITIES}
 MAIN = "position_rmse_m"
-"""The one by which contacts are judged first."""
-
-
-_OTHER_COLORS = ("#56B4E9", "#E69F00", "#CC79A7", "#B8A500", "#000000")
-
-
-def method_color(method: str) -> str:
-    """Return the colour of a method, or of contacts that a plan gives by a name of its own."""
-    return (
-        METHOD_COLORS.get(method) or _OTHER_COLORS[zlib.crc32(method.encode()) % len(_OTHER_COLORS)]
-    )
-
-
-def position(order: tuple[str, ...], name: str) -> tuple[int, str]:
-    """Return a sorting key: the place in `order`; names that are not in it come last, by the alphabet."""
-    return (order.index(name) if name in order else len(order), name)
+"""Key of the quantity by which contacts are judged first."""

@@ -1,4 +1,4 @@
-"""How rich in features a scan is around a contact, against the rest of the scan."""
+"""Saliency of a scan around a contact, compared with the rest of the scan."""
 
 from __future__ import annotations
 
@@ -9,28 +9,28 @@ from drake_aerial.features.canonical_frame import to_canonical
 from drake_aerial.features.surface_features import FeatureParameters, compute_features
 from drake_aerial.geometry import Array, transform
 
-REACH = 0.05
-"""Radius around a contact that counts as its surroundings [m]: what a contact model sees of an object (docs/method.md)."""
+SURROUNDINGS = 0.05
+"""Radius of a contact's surroundings [m]: that of a contact model's features (docs/method.md)."""
 
 
 class SalientSurface:
-    """Saliency of a scan's surroundings, place by place.
+    """Saliency of a scan's surroundings, at each of its features.
 
     Parameters
     ----------
     cloud : PointCloud
         The scan, in its frame S.
     parameters : FeatureParameters, optional
-        Of the surface features; those of the skill that the contacts come from.
+        Parameters of the surface features; those of the skill.
 
     Attributes
     ----------
     points : (N, 3) array
-        Where features are, in S [m].
+        Positions of the features in S [m].
     saliency : (N,) array
-        Of each feature: |kappa_1 rho|, an edge's at a rim.
+        |kappa_1 rho| of each feature; that of an edge at a rim.
     surroundings : (N,) array
-        Mean saliency within `REACH` of each.
+        Mean saliency within `SURROUNDINGS` of each.
     """
 
     def __init__(self, cloud: PointCloud, parameters: FeatureParameters | None = None):
@@ -44,13 +44,17 @@ class SalientSurface:
         self.surroundings = self._mean(self.points)
 
     def percentile(self, positions: Array) -> Array:
-        """Return for positions (n, 3) in S [m] the part (n,) of the scan with less salient surroundings; ties count half."""
+        """Return the part (n,) of the scan with less salient surroundings than positions (n, 3).
+
+        Positions are in S [m]; ties count one half.
+        """
         value = self._mean(np.asarray(positions, float))[:, None]
         ties = np.isclose(self.surroundings, value, rtol=1e-9, atol=1e-12)
         return np.mean(np.where(ties, 0.5, self.surroundings < value), axis=1)
 
     def _mean(self, positions: Array) -> Array:
-        near = self._tree.query_ball_point(positions, REACH)
+        """Return the mean saliency around positions, or that of the nearest feature."""
+        near = self._tree.query_ball_point(positions, SURROUNDINGS)
         nearest = self._tree.query(positions)[1]
         return np.array(
             [

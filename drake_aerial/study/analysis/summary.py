@@ -1,4 +1,4 @@
-"""All numbers of a study, computed from its folder: what summary.json holds and what the report shows."""
+"""All numbers of a study, computed from its folder: the content of summary.json."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from drake_aerial.errors import InputError
 from drake_aerial.study.analysis.claims import BASELINE, OURS, Claim, paper_conditions
+from drake_aerial.study.analysis.comparisons import compare
 from drake_aerial.study.analysis.contact_claims import (
     feature_rich_claim,
     local_minima_claim,
@@ -17,22 +18,15 @@ from drake_aerial.study.analysis.contact_claims import (
     top_view_claim,
 )
 from drake_aerial.study.analysis.flight_claims import flight_claims
+from drake_aerial.study.analysis.groups import Group, by_solution, groups_of
+from drake_aerial.study.analysis.intervals import SEED
+from drake_aerial.study.analysis.labels import BELIEF_ORDER, METHOD_ORDER, position
 from drake_aerial.study.analysis.own_likelihood import OwnLikelihood, own_likelihood
-from drake_aerial.study.analysis.quantities import BELIEF_ORDER, METHOD_ORDER, position
 from drake_aerial.study.analysis.saliency import SalientSurface
-from drake_aerial.study.analysis.statistics import (
-    FORMULAS,
-    SEED,
-    Group,
-    Record,
-    by_solution,
-    compare,
-    flown,
-    groups_of,
-    summarize,
-)
-from drake_aerial.study.analysis.study_files import StudyFiles
+from drake_aerial.study.analysis.statistics import FORMULAS, summarize
 from drake_aerial.study.analysis.timeline import Timeline, read_timeline
+from drake_aerial.study.records import Record
+from drake_aerial.study.study_folder import StudyFolder
 
 SCHEMA = "drake_aerial/study_summary"
 VERSION = 1
@@ -49,26 +43,24 @@ COMPARED_QUANTITIES = (
 
 @dataclass(frozen=True, eq=False)
 class StudyNumbers:
-    """What a study's folder says.
+    """The numbers of a study.
 
     Attributes
     ----------
     groups : dict of Group to records
         In the report's order.
     conditions : tuple of str
-        Those with records, in the plan's order.
+        Conditions with records, in the plan's order.
     timelines : dict of Group to Timeline
-        Flights over time.
     surfaces : dict of str to SalientSurface
-        Scans by condition, where they could be read.
+        Scans by condition, if they could be read.
     saliency : dict
-        (condition, method) to one value a solution.
+        (condition, method) to one value per solution; see `contact_claims.feature_rich_claim`.
     summaries, comparisons : list of dict
-        See `statistics.summarize` and `statistics.compare`.
+        See `statistics.summarize` and `comparisons.compare`.
     claims : list of Claim
-        The paper's.
     complaints : tuple of str
-        What could not be read.
+        One line for every file or line that could not be read.
     """
 
     groups: dict[Group, list[Record]]
@@ -115,42 +107,44 @@ class StudyNumbers:
 
 
 def summarize_study(
-    files: StudyFiles, records: Sequence[Record], complaints: Sequence[str]
+    folder: StudyFolder, records: Sequence[Record], complaints: Sequence[str]
 ) -> StudyNumbers:
-    """Compute everything that the report shows.
+    """Compute all numbers of the report.
 
     Parameters
     ----------
-    files : StudyFiles
-        What lies beside the records.
+    folder : StudyFolder
     records : sequence of dict
-        The records, in any order.
+        In any order.
     complaints : sequence of str
-        On lines that were skipped.
+        One line for every line of the records that was skipped.
     """
-    groups = groups_of(records, tuple(files.conditions))
+    groups = groups_of(records, tuple(folder.conditions))
     conditions = tuple(dict.fromkeys(group.condition for group in groups))
     timelines = {
-        group: read_timeline(files.folder, members, files.phases(group.condition))
+        group: read_timeline(folder, members, folder.phases(group.condition))
         for group, members in groups.items()
     }
-    missing = sum(timeline.missing for timeline in timelines.values())
     surfaces = {
-        name: surface for name in conditions if (surface := _surface(files, name)) is not None
+        name: surface for name in conditions if (surface := _surface(folder, name)) is not None
     }
     saliency = _saliency(groups, surfaces)
-    claims = flight_claims(groups, conditions, timelines)
-    claims.append(feature_rich_claim(saliency, conditions))
-    claims.append(places_claim(groups))
-    claims.append(local_minima_claim(_own(files, conditions, groups)))
     views = {
         name: (str(c.get("demonstration")), str(c.get("payload")), str(c.get("view")))
-        for name, c in files.conditions.items()
+        for name, c in folder.conditions.items()
     }
-    claims.append(top_view_claim(groups, views))
+    claims = [
+        *flight_claims(groups, conditions, timelines),
+        feature_rich_claim(saliency, conditions),
+        places_claim(groups),
+        local_minima_claim(_own_likelihoods(folder, conditions, groups)),
+        top_view_claim(groups, views),
+    ]
+    missing = sum(timeline.missing for timeline in timelines.values())
     if missing:
-        files.complaints.append(
-            f"the series of {missing} flight(s) could not be read: they are in every table, and in no curve over time"
+        folder.warn(
+            f"the series of {missing} flight(s) could not be read: these flights are in every "
+            "table, but in no curve over time"
         )
     return StudyNumbers(
         groups=groups,
@@ -161,7 +155,7 @@ def summarize_study(
         summaries=[summarize(group, members) for group, members in groups.items()],
         comparisons=_comparisons(groups),
         claims=claims,
-        complaints=(*complaints, *files.complaints),
+        complaints=(*complaints, *folder.warnings),
     )
 
 
@@ -175,29 +169,29 @@ def _comparisons(groups: dict[Group, list[Record]]) -> list[dict[str, Any]]:
     ]
 
 
-def _surface(files: StudyFiles, condition: str) -> SalientSurface | None:
-    scan = files.scan(condition)
+def _surface(folder: StudyFolder, condition: str) -> SalientSurface | None:
+    scan = folder.scan(condition)
     if scan is None:
-        files.complaints.append(f"condition {condition}: no scan, so no picture of its contacts")
+        folder.warn(f"condition {condition}: no scan, therefore no picture of its contacts")
         return None
-    skill = files.skill(condition)
+    skill = folder.skill(condition)
     try:
         return SalientSurface(scan, None if skill is None else skill.parameters.features)
     except InputError as error:
-        files.complaints.append(f"condition {condition}: the scan has no surface features: {error}")
+        folder.warn(f"condition {condition}: the scan has no surface features: {error}")
         return None
 
 
 def _saliency(
     groups: dict[Group, list[Record]], surfaces: dict[str, SalientSurface]
 ) -> dict[tuple[str, str], list[float]]:
-    """Return, by condition and method, how salient the surroundings of each flown solution's contacts are (mean over grippers)."""
+    """Return the saliency percentile of each flown solution, mean over its grippers."""
     found: dict[tuple[str, str], dict[int, float]] = {}
     for group, members in groups.items():
         surface = surfaces.get(group.condition)
         if surface is None:
             continue
-        for rank, flights in by_solution(flown(members)).items():
+        for rank, flights in by_solution(members).items():
             positions = (flights[0].get("contact") or {}).get("positions_S")
             if positions:
                 percentile = float(np.mean(surface.percentile(np.array(positions, float))))
@@ -205,29 +199,27 @@ def _saliency(
     return {place: [values[rank] for rank in sorted(values)] for place, values in found.items()}
 
 
-def _own(
-    files: StudyFiles, conditions: Sequence[str], groups: dict[Group, list[Record]]
+def _own_likelihoods(
+    folder: StudyFolder, conditions: Sequence[str], groups: dict[Group, list[Record]]
 ) -> list[OwnLikelihood]:
+    """Return the baseline's objective at its solutions and ours, for several grippers."""
     results = []
     for condition in paper_conditions(conditions):
-        baseline = files.contacts(condition, BASELINE)
+        baseline = folder.contacts(condition, BASELINE)
         if baseline is None or not baseline.solutions or len(baseline[0].X_SG.p) < 2:
             continue
-        skill, scan = files.skill(condition), files.scan(condition)
+        skill, scan = folder.skill(condition), folder.scan(condition)
         flights = [
             m for g, m in groups.items() if g.condition == condition and g.method == BASELINE
         ]
-        count = max((len(by_solution(flown(members))) for members in flights), default=0) or 5
+        count = max((len(by_solution(members)) for members in flights), default=0) or 5
         for method in OURS:
-            rival = files.contacts(condition, method)
+            rival = folder.contacts(condition, method)
             if rival is None:
                 continue
             if skill is None or scan is None:
-                results.append(
-                    OwnLikelihood(
-                        condition, (), None, method, "no scan or no skill beside the records"
-                    )
-                )
+                note = "no scan or no skill in the study's folder"
+                results.append(OwnLikelihood(condition, (), None, method, note))
             else:
                 results.append(own_likelihood(condition, skill, scan, baseline, rival, count))
     return results

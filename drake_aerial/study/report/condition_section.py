@@ -1,129 +1,115 @@
-"""One condition on a study's page: its contacts, its flights over time, and its tables."""
+"""Values of a condition's section on a study's page: notes, figures and tables."""
 
 from __future__ import annotations
 
-import html
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from drake_aerial.study.analysis.flight_claims import claims_inertia
-from drake_aerial.study.analysis.quantities import BY_KEY, FAILURES, INERTIA_WORDS, MAIN
-from drake_aerial.study.analysis.statistics import Record
-from drake_aerial.study.analysis.study_files import StudyFiles
+from drake_aerial.study.analysis.groups import by_solution, moved_of
+from drake_aerial.study.analysis.labels import INERTIA_WORDS
+from drake_aerial.study.analysis.quantities import BY_KEY, FAILURES, MAIN
 from drake_aerial.study.analysis.summary import StudyNumbers
-from drake_aerial.study.report.page_tables import method_name, table
-from drake_aerial.visualization.report import Section, embedded_image
+from drake_aerial.study.records import Record
+from drake_aerial.study.report.overview import titles_of
+from drake_aerial.study.study_folder import StudyFolder
+from drake_aerial.visualization.html_report import EmbeddedImage
 
-_COLUMNS = (
-    "position_rmse_m",
-    "velocity_rmse_m_s",
-    "attitude_rmse_rad",
-    "position_max_m",
-    "tilt_mean_rad",
-    "tilt_max_rad",
-    "thrust_mean_N",
-    "moment_rms_N_m",
-    "slack_fraction",
-    "saturated_fraction",
+COLUMNS = tuple(
+    BY_KEY[key]
+    for key in (
+        "position_rmse_m",
+        "velocity_rmse_m_s",
+        "attitude_rmse_rad",
+        "position_max_m",
+        "tilt_mean_rad",
+        "tilt_max_rad",
+        "thrust_mean_N",
+        "moment_rms_N_m",
+        "slack_fraction",
+        "saturated_fraction",
+    )
 )
 
 
 @dataclass(frozen=True)
 class Figures:
-    """PNG files of the page: contacts and offsets by condition, panels by (condition, belief, inertia)."""
+    """PNG files of the page.
 
-    contacts: dict[str, Path]
-    panels: dict[tuple[str, str, str], Path]
-    offsets: dict[str, Path]
+    Attributes
+    ----------
+    contacts, offsets : dict
+        By condition.
+    time_series : dict
+        By (condition, belief, inertia).
+    """
+
+    contacts: dict[str, Path] = field(default_factory=dict)
+    time_series: dict[tuple[str, str, str], Path] = field(default_factory=dict)
+    offsets: dict[str, Path] = field(default_factory=dict)
 
 
 def condition_section(
-    files: StudyFiles, numbers: StudyNumbers, figures: Figures, name: str
-) -> Section:
-    """Return the section on the condition called `name`."""
+    folder: StudyFolder, numbers: StudyNumbers, figures: Figures, name: str
+) -> dict[str, Any]:
+    """Return the values of the section on the condition called `name`."""
     own = [s for s in numbers.summaries if s["condition"] == name]
-    parts = [_discarded(numbers, name)]
-    if name in figures.contacts:
-        parts.append(
-            embedded_image(
-                figures.contacts[name],
-                _contacts_caption(
-                    numbers, given=not files.conditions.get(name, {}).get("demonstration")
-                ),
-                kind="wide-figure",
+    main = claims_inertia(numbers.groups)
+    given = not folder.conditions.get(name, {}).get("demonstration")
+    return {
+        "name": name,
+        "title": titles_of(folder, numbers)[name],
+        "notes": _notes(numbers, name),
+        "contacts": _image(figures.contacts.get(name)),
+        "contacts_caption": _contacts_caption(numbers, given),
+        "inertias": [
+            {
+                "folded": inertia != main,
+                "label": INERTIA_WORDS.get(inertia, inertia),
+                "groups": [_group_row(s) for s in own if s["inertia"] == inertia],
+                "panels": [
+                    (belief, _image(path))
+                    for (condition, belief, used), path in figures.time_series.items()
+                    if (condition, used) == (name, inertia)
+                ],
+            }
+            for inertia in sorted(
+                dict.fromkeys(s["inertia"] for s in own), key=lambda inertia: inertia != main
             )
-        )
-    inertia = claims_inertia(numbers.groups)
-    for shown in dict.fromkeys([inertia, *(s["inertia"] for s in own)]):
-        summaries = [s for s in own if s["inertia"] == shown]
-        if not summaries:
-            continue
-        body = _group_table(summaries) + "".join(
-            embedded_image(
-                image,
-                f"Belief {belief}: mean (line) and one standard deviation (band) over all flights of a method; dotted lines part the phases; "
-                "a cross is where a failed flight ends and leaves the mean."
-                + (
-                    " Thrust and moments are the mean over the quadrotors."
-                    if _teams(numbers, name)
-                    else ""
-                ),
-                kind="wide-figure",
-            )
-            for (condition, belief, used), image in figures.panels.items()
-            if (condition, used) == (name, shown)
-        )
-        label = html.escape(INERTIA_WORDS.get(shown, shown))
-        parts.append(
-            f"<div>{body}</div>"
-            if shown == inertia
-            else f"<details><summary>With {label}</summary>{body}</details>"
-        )
-    if name in figures.offsets:
-        parts.append(
-            embedded_image(
-                figures.offsets[name],
-                "Each mark is one contact solution, the mean of its flights. Hollow marks on the upper border: at least one of its flights failed. "
-                "If the marks of all methods lie on one rising curve, the distance from above the centre of mass is what matters.",
-                kind="small-figure",
-            )
-        )
-    salient = [
-        f"{method_name(m)} {100 * np.mean(numbers.saliency[name, m]):.0f} %"
-        for m in numbers.methods([name])
-        if numbers.saliency.get((name, m))
-    ]
-    if salient:
-        parts.append(
-            "How rich in features the contacts' surroundings are (50 %: as the average place on the scan; 100 %: the richest): "
-            + ", ".join(salient)
-            + "."
-        )
-    return Section(
-        f"{name}: {files.title(name).replace('->', '→')}", [part for part in parts if part]
-    )
+        ],
+        "several": _several_grippers(numbers, name),
+        "offsets": _image(figures.offsets.get(name)),
+        "saliency": [
+            (method, f"{100 * np.mean(values):.0f} %")
+            for method in numbers.methods([name])
+            if (values := numbers.saliency.get((name, method)))
+        ],
+    }
+
+
+def _image(path: Path | None) -> EmbeddedImage | None:
+    return None if path is None else EmbeddedImage.read(path)
 
 
 def _contacts_caption(numbers: StudyNumbers, given: bool) -> str:
-    if given:
-        start = "The contacts that were given, each with"
-    else:
-        start = (
-            "Left: what was shown (red: the surface at the contact, black: the features that say where it lies). Then the solutions flown, the "
-            "likeliest first, each with"
-        )
+    start = (
+        "The given contacts."
+        if given
+        else "Left: the demonstration, with the surface at the contact in red and the features "
+        "that locate it on the object in black. Then the flown solutions, in order of likelihood."
+    )
     return (
-        f"{start} how far from above the centre of mass it lies and how far from its path the payload flew (mean RMS, belief "
-        f"{numbers.beliefs[0]}). The darker the scan, the richer in features; the magenta line goes up from the true centre of mass, which no "
-        "method knows."
+        f"{start} Above each: the horizontal distance of the contact from the centre of mass, and "
+        "the distance of the payload from its path (mean RMS, belief "
+        f"{numbers.beliefs[0]}). Dark areas of the scan are salient. The magenta line goes up from "
+        "the true centre of mass, which the methods do not know."
     )
 
 
-def _teams(numbers: StudyNumbers, condition: str) -> bool:
+def _several_grippers(numbers: StudyNumbers, condition: str) -> bool:
     return any(
         len((record.get("contact") or {}).get("positions_S") or []) > 1
         for group, members in numbers.groups.items()
@@ -132,80 +118,68 @@ def _teams(numbers: StudyNumbers, condition: str) -> bool:
     )
 
 
-def _discarded(numbers: StudyNumbers, condition: str) -> str:
-    """Say what was not flown or was moved by hand in the paper: contacts that touch nothing, solutions that cannot be."""
-    notes = []
-    seen: dict[str, list[Record]] = {}
+def _notes(numbers: StudyNumbers, condition: str) -> list[tuple[str, str]]:
+    """Return, by method, the solutions that were discarded and those with moved grippers."""
+    by_method: dict[str, list[Record]] = {}
     for group, members in numbers.groups.items():
         if group.condition == condition:
-            seen.setdefault(group.method, members)
-    for method, members in seen.items():
-        out = [r for r in members if r["outcome"] == "not_flown"]
-        if out:
+            by_method.setdefault(group.method, members)
+    notes = []
+    for method, members in by_method.items():
+        discarded = [r for r in members if r["outcome"] == "not_flown"]
+        if discarded:
             reasons = sorted(
                 {
                     reason
-                    for r in out
-                    for reason in r.get("reasons") or [r.get("outcome_reason") or "no reason given"]
+                    for r in discarded
+                    for reason in r.get("reasons") or [r.get("outcome_reason") or "unknown reason"]
                 }
             )
-            notes.append(
-                f"{method_name(method)}: {len(out)} discarded ({html.escape('; '.join(reasons))})"
-            )
-        moved = {
-            r["solution"]: max(r.get("moved_m") or [0.0])
-            for r in members
-            if r["outcome"] != "not_flown"
-        }
-        far = [value for value in moved.values() if value and value > 1e-3]
+            notes.append((method, f"{len(discarded)} discarded ({'; '.join(reasons)})"))
+        moved = [moved_of(flights[0]) for flights in by_solution(members).values()]
+        far = [max(distances) for distances in moved if distances]
         if far:
             notes.append(
-                f"{method_name(method)}: {len(far)} solution(s) with a gripper that touched nothing, moved to the closest point of the payload "
-                f"(up to {100 * max(far):.1f} cm)"
+                (
+                    method,
+                    f"{len(far)} solution(s) with a gripper off the surface, moved to the closest "
+                    f"point of the payload (up to {100 * max(far):.1f} cm)",
+                )
             )
-    return (
-        f"Not flown as found: {'; '.join(notes)}."
-        if notes
-        else "Every solution was flown as it was found."
-    )
+    return notes
 
 
-def _group_table(summaries: Sequence[dict[str, Any]]) -> str:
-    heads = ["belief, method", "flights", "contact off the vertical [cm]"]
-    heads += [f"{BY_KEY[key].name} [{BY_KEY[key].unit}]" for key in _COLUMNS] + [
-        "median of all [cm]"
-    ]
-    rows = []
-    for s in summaries:
-        rate = s["failure_rate"]
-        failures = sum(s[outcome] for outcome in FAILURES)
-        fails = (
-            f'<br><span class="bad">{failures} failed ({", ".join(f"{s[o]} {o}" for o in FAILURES if s[o])}), '
-            f"rate {100 * rate[0]:.0f} % [{100 * rate[1]:.0f}, {100 * rate[2]:.0f}]</span>"
-            if failures
-            else ""
-        )
-        off = s["contact_off_com_m"]
-        offset = (
-            "–"
-            if off["mean"] is None
-            else f'{100 * off["mean"]:.1f} <span class="muted">({100 * off["min"]:.1f} to {100 * off["max"]:.1f})</span>'
-        )
-        cells = []
-        for key in _COLUMNS:
-            figure = s["quantities"][key]
-            text = BY_KEY[key].write(figure["mean"])
-            if figure["std"] is not None:
-                text += f' <span class="muted">± {BY_KEY[key].write(figure["std"])}</span>'
-            cells.append(text)
-        ranked = s["quantities"][MAIN]
-        last = (
-            "a failure"
-            if ranked["median_all"] is None and s["flights"]
-            else BY_KEY[MAIN].write(ranked["median_all"])
-        )
-        name = f"<code>{html.escape(s['belief'])}</code> {method_name(s['method'])}"
-        flights = f"{s['flights']} ({s['solutions']} solution{'s' * (s['solutions'] != 1)}){fails}"
-        rows.append([name, flights, offset, *cells, last])
-    note = '<p class="muted">Mean ± standard deviation over completed flights; "median of all" counts a failed flight as the worst.</p>'
-    return table(heads, rows) + note
+def _group_row(summary: dict[str, Any]) -> dict[str, Any]:
+    """Return the texts of one row of the table of groups."""
+    count = sum(summary[outcome] for outcome in FAILURES)
+    rate = [100 * (x or 0.0) for x in summary["failure_rate"]]
+    kinds = ", ".join(f"{summary[o]} {o}" for o in FAILURES if summary[o])
+    off = {
+        key: "–" if value is None else f"{100 * value:.1f}"
+        for key, value in summary["contact_off_com_m"].items()
+    }
+    quantities = summary["quantities"]
+    median = quantities[MAIN]["median_all"]
+    return {
+        "belief": summary["belief"],
+        "method": summary["method"],
+        "flights": f"{summary['flights']} ({_counted(summary['solutions'], 'solution')})",
+        "failures": f"{count} failed ({kinds}), rate {rate[0]:.0f} % [{rate[1]:.0f}, {rate[2]:.0f}]"
+        if count
+        else "",
+        "offset": off["mean"],
+        "offset_range": "" if off["mean"] == "–" else f"{off['min']} to {off['max']}",
+        "cells": [_mean_and_std(quantity, quantities[quantity.key]) for quantity in COLUMNS],
+        "median": "a failure"
+        if median is None and summary["flights"]
+        else BY_KEY[MAIN].write(median),
+    }
+
+
+def _mean_and_std(quantity: Any, figure: dict[str, Any]) -> tuple[str, str]:
+    std = figure["std"]
+    return quantity.write(figure["mean"]), "" if std is None else quantity.write(std)
+
+
+def _counted(number: int, noun: str) -> str:
+    return f"{number} {noun}{'s' * (number != 1)}"

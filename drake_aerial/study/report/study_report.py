@@ -1,10 +1,10 @@
-"""The report of a study: figures, summary.json and one self-contained page, from the records alone."""
+"""The report of a study: figures, summary.json and one self-contained page, from its folder."""
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,36 +12,39 @@ from typing import Any
 from drake_aerial.errors import InputError
 from drake_aerial.io.files import write_text
 from drake_aerial.study.analysis.flight_claims import claims_inertia
-from drake_aerial.study.analysis.quantities import BY_KEY, METHOD_ORDER, position
-from drake_aerial.study.analysis.statistics import Record, by_solution, flown, value_of
-from drake_aerial.study.analysis.study_files import StudyFiles
+from drake_aerial.study.analysis.groups import by_solution, moved_of, offset_of, values_of
+from drake_aerial.study.analysis.labels import METHOD_ORDER, position
+from drake_aerial.study.analysis.quantities import BY_KEY, FAILURES, MAIN
 from drake_aerial.study.analysis.summary import StudyNumbers, summarize_study
-from drake_aerial.study.records import read_records
+from drake_aerial.study.records import Record, read_records
 from drake_aerial.study.report.condition_section import Figures
-from drake_aerial.study.report.contacts_gallery import GalleryCell, draw_gallery
-from drake_aerial.study.report.figure_files import FIGURES
-from drake_aerial.study.report.offset_figure import draw_offsets
-from drake_aerial.study.report.panels import draw_panels
-from drake_aerial.study.report.report_page import write_page
+from drake_aerial.study.report.contact_offset_figure import draw_contact_offsets
+from drake_aerial.study.report.flown_contacts_figure import FlownSolution, draw_flown_contacts
+from drake_aerial.study.report.study_page import write_study_page
+from drake_aerial.study.report.time_series_figure import draw_time_series
+from drake_aerial.study.study_folder import StudyFolder
 
 Progress = Callable[[float, str], None]
 PAGE = "report.html"
 SUMMARY = "summary.json"
-SHOWN = 5
+FIGURES = "figures"
+_COLUMNS = 5
+"""Largest number of solutions of a method in the figure of contacts."""
 
 
 @dataclass(frozen=True)
 class ReportSummary:
-    """What `write_report` wrote, and what the study took.
+    """The result of `write_report`.
 
     Attributes
     ----------
     page : Path
         report.html.
     lines : tuple of str
-        What the study says, in a few lines.
+        Number of flights, and the verdict on each claim.
     timing : dict
-        Seconds: `flights_wall_s`, `flights_cpu_s`, `transfers_wall_s`, `transfers_cpu_s`; not part of the report.
+        `flights_wall_s`, `flights_cpu_s`, `transfers_wall_s` and `transfers_cpu_s` [s]; not part of
+        the report.
     """
 
     page: Path
@@ -50,7 +53,8 @@ class ReportSummary:
 
     def __str__(self) -> str:
         took = [
-            f"{name}: {self.timing[f'{name}_wall_s']:.1f} s, {self.timing[f'{name}_cpu_s']:.1f} s of processor time"
+            f"{name}: {self.timing[f'{name}_wall_s']:.1f} s, "
+            f"{self.timing[f'{name}_cpu_s']:.1f} s of processor time"
             for name in ("transfers", "flights")
             if f"{name}_cpu_s" in self.timing
         ]
@@ -58,21 +62,22 @@ class ReportSummary:
 
 
 def write_report(folder: str | Path, *, progress: Progress | None = None) -> ReportSummary:
-    """Rebuild figures, summary.json and report.html of a study from its records.
+    """Build figures, summary.json and report.html of a study from its folder.
 
-    The same records, in any order, give the same bytes: no dates and no timing enter.
+    The same records, in any order, give the same bytes: the report has no dates and no timing.
 
     Parameters
     ----------
     folder : str or Path
-        The study's, with records.jsonl; study.yaml, contacts, scans, skills and series beside it where they are there.
+        Folder of the study, with records.jsonl and, if they exist, study.yaml, contacts, scans,
+        skills and series.
     progress : callable, optional
-        Called with the fraction done and what is being done.
+        Called with the fraction done and the current step.
 
     Raises
     ------
     InputError
-        If there is not one record that can be read.
+        If there is no valid record.
 
     Examples
     --------
@@ -80,8 +85,9 @@ def write_report(folder: str | Path, *, progress: Progress | None = None) -> Rep
     >>> from drake_aerial import Condition, StudyPlan, run_study, write_report
     >>> from drake_aerial.references.trajectory import HoverTrajectory
     >>> from drake_aerial.study.plan import Flights
-    >>> middle = ("middle", ((0.0, 0.0, 0.14),))
-    >>> held = Condition("held", "box_68x68x28", trajectory=HoverTrajectory(hover_time=1.0), contacts=(middle,))
+    >>> hover = HoverTrajectory(hover_time=1.0)
+    >>> contacts = (("middle", ((0.0, 0.0, 0.14),)),)
+    >>> held = Condition("held", "box_68x68x28", trajectory=hover, contacts=contacts)
     >>> plan = StudyPlan("small", (held,), (Flights(("held",), ("task",), solutions=1, trials=2),))
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     _ = run_study(plan, folder)
@@ -92,93 +98,95 @@ def write_report(folder: str | Path, *, progress: Progress | None = None) -> Rep
     folder = Path(folder)
     if not os.path.isdir(folder):
         raise InputError(
-            f"{folder} is no folder; give the folder of a study, with its records.jsonl"
+            f"{folder} is not a folder; give the folder of a study, with its records.jsonl"
         )
+    tell(0.0, "reading the records")
     records, complaints = read_records(folder)
     if not records:
         skipped = f" ({len(complaints)} lines in it cannot be read)" if complaints else ""
         raise InputError(
             f"{folder} has no records{skipped}; give the folder of a study, with its records.jsonl"
         )
-    tell(0.0, "reading the records")
-    files = StudyFiles.open(folder)
-    numbers = summarize_study(files, records, complaints)
-    figures = _draw(files, numbers, tell)
+    study = StudyFolder(folder)
+    numbers = summarize_study(study, records, complaints)
+    figures = _draw(study, numbers, tell)
     tell(0.97, "writing the page")
     write_text(folder / SUMMARY, json.dumps(numbers.to_dict(), indent=1, allow_nan=False) + "\n")
-    write_page(folder / PAGE, files, numbers, figures)
+    write_study_page(folder / PAGE, study, numbers, figures)
     tell(1.0, "done")
-    return ReportSummary(folder / PAGE, tuple(_lines(numbers)), _timing(files, records))
+    return ReportSummary(folder / PAGE, tuple(_lines(numbers)), _timing(study, records))
 
 
-def _draw(files: StudyFiles, numbers: StudyNumbers, tell: Progress) -> Figures:
-    figures = Figures({}, {}, {})
-    out = files.folder / FIGURES
+def _draw(folder: StudyFolder, numbers: StudyNumbers, tell: Progress) -> Figures:
+    figures = Figures()
+    out = folder.path / FIGURES
     for index, condition in enumerate(numbers.conditions):
         tell(0.1 + 0.85 * index / len(numbers.conditions), f"drawing condition {condition}")
-        own = {
-            group: members
-            for group, members in numbers.groups.items()
-            if group.condition == condition
-        }
+        own = {g: members for g, members in numbers.groups.items() if g.condition == condition}
         name = "".join(c if c.isalnum() or c in "-_" else "_" for c in condition)
-        gallery = _gallery(files, numbers, condition, out / f"contacts-{name}")
-        if gallery is not None:
-            figures.contacts[condition] = gallery
+        drawn = _draw_contacts(folder, numbers, condition, out / f"contacts-{name}")
+        if drawn is not None:
+            figures.contacts[condition] = drawn
         for belief, inertia in dict.fromkeys((group.belief, group.inertia) for group in own):
             shown = {
                 g.method: numbers.timelines[g]
                 for g in own
                 if (g.belief, g.inertia) == (belief, inertia)
             }
-            drawn = draw_panels(out / f"flights-{name}-{belief}-{inertia}", shown)
+            drawn = draw_time_series(out / f"flights-{name}-{belief}-{inertia}", shown)
             if drawn is not None:
-                figures.panels[condition, belief, inertia] = drawn
-        drawn = draw_offsets(out / f"offset-{name}", own, claims_inertia(numbers.groups))
+                figures.time_series[condition, belief, inertia] = drawn
+        inertia = claims_inertia(numbers.groups)
+        drawn = draw_contact_offsets(out / f"offset-{name}", own, inertia)
         if drawn is not None:
             figures.offsets[condition] = drawn
     return figures
 
 
-def _gallery(files: StudyFiles, numbers: StudyNumbers, condition: str, stem: Path) -> Path | None:
-    """Draw the contacts of one condition as flown."""
+def _draw_contacts(
+    folder: StudyFolder, numbers: StudyNumbers, condition: str, stem: Path
+) -> Path | None:
+    """Draw the flown contacts of one condition; return None if there is no scan."""
     surface = numbers.surfaces.get(condition)
     if surface is None:
         return None
-    own = [group for group in numbers.groups if group.condition == condition]
+    # Contacts do not depend on belief and inertia: take the first group of each method.
+    own: dict[str, list[Record]] = {}
+    for group, members in numbers.groups.items():
+        if group.condition == condition:
+            own.setdefault(group.method, members)
     rows, com = {}, None
-    for method in sorted({group.method for group in own}, key=lambda m: position(METHOD_ORDER, m)):
-        contacts = files.contacts(condition, method)
-        known = contacts.solutions if contacts is not None else ()
-        group = next(g for g in own if g.method == method)
-        cells = []
-        for members in by_solution(flown(numbers.groups[group])).values():
-            first = members[0]
-            solution = next((s for s in known if s.rank == first["rank"]), None)
-            com = com or (first.get("contact") or {}).get("com_S")
-            if solution is not None:
-                cells.append(GalleryCell(solution, _caption(members)))
+    for method in sorted(own, key=lambda m: position(METHOD_ORDER, m)):
+        contacts = folder.contacts(condition, method)
+        known = {s.rank: s for s in contacts.solutions} if contacts is not None else {}
+        solutions = by_solution(own[method]).values()
+        coms = [(members[0].get("contact") or {}).get("com_S") for members in solutions]
+        com = com or next((c for c in coms if c), None)
+        cells = [
+            FlownSolution(known[members[0]["rank"]], _caption(members))
+            for members in solutions
+            if members[0]["rank"] in known
+        ]
         if cells:
-            rows[method] = cells[:SHOWN]
+            rows[method] = cells[:_COLUMNS]
     if not rows:
         return None
-    return draw_gallery(stem, files.skill(condition), surface, rows, com, columns=SHOWN)
+    skill = folder.skill(condition)
+    return draw_flown_contacts(stem, skill, surface, rows, com, columns=_COLUMNS)
 
 
 def _caption(members: list[Record]) -> str:
-    quantity = BY_KEY["position_rmse_m"]
-    offset = (members[0].get("contact") or {}).get("off_com_m")
-    values = [v for v in (value_of(record, quantity.key) for record in members) if v is not None]
-    moved = max([m for m in members[0].get("moved_m") or [] if m] or [0.0])
-    off = "" if offset is None else f"{100 * offset:.1f} cm off"
-    flew = f"{quantity.write(sum(values) / len(values))} cm RMS" if values else "failed"
-    note = f"\nmoved {100 * moved:.0f} cm" if moved > 1e-3 else ""
-    return f"{off}, {flew}{note}".lstrip(", ")
+    quantity, offset = BY_KEY[MAIN], offset_of(members)
+    values = values_of(members, MAIN)
+    moved = max(moved_of(members[0]), default=0.0)
+    parts = [] if offset is None else [f"{100 * offset:.1f} cm off"]
+    parts.append(f"{quantity.write(sum(values) / len(values))} cm RMS" if values else "failed")
+    return ", ".join(parts) + (f"\nmoved {100 * moved:.0f} cm" if moved else "")
 
 
 def _lines(numbers: StudyNumbers) -> list[str]:
     flights = sum(s["flights"] for s in numbers.summaries)
-    failures = sum(s["dropped"] + s["crashed"] + s["diverged"] for s in numbers.summaries)
+    failures = sum(s[outcome] for s in numbers.summaries for outcome in FAILURES)
     lines = [f"flights: {flights}, conditions: {len(numbers.conditions)}, failed: {failures}"]
     for claim in numbers.claims:
         verdicts = ", ".join(f"{subject}: {word}" for subject, word in claim.verdicts.items())
@@ -186,17 +194,15 @@ def _lines(numbers: StudyNumbers) -> list[str]:
     return [*lines, *numbers.complaints]
 
 
-def _timing(files: StudyFiles, records: list[Record]) -> dict[str, float]:
-    timing: dict[str, float] = {}
-
-    def add(name: str, values: Any) -> None:
-        number = values if isinstance(values, (int, float)) else 0.0
-        timing[name] = timing.get(name, 0.0) + float(number)
-
-    for record in records:
-        for name in ("wall_s", "cpu_s"):
-            add(f"flights_{name}", (record.get("timing") or {}).get(name))
-    for values in (files.timing().get("transfers") or {}).values():
-        for name in ("wall_s", "cpu_s"):
-            add(f"transfers_{name}", (values or {}).get(name))
-    return timing
+def _timing(folder: StudyFolder, records: list[Record]) -> dict[str, float]:
+    """Return the total times of flights and of transfers, if any."""
+    times: dict[str, list[Mapping[str, Any]]] = {
+        "flights": [record.get("timing") or {} for record in records],
+        "transfers": [values or {} for values in folder.timing()["transfers"].values()],
+    }
+    totals = {}
+    for part, entries in times.items():
+        for key in ("wall_s", "cpu_s") if entries else ():
+            numbers = [entry.get(key) for entry in entries]
+            totals[f"{part}_{key}"] = sum(float(n) for n in numbers if isinstance(n, (int, float)))
+    return totals

@@ -1,218 +1,80 @@
-"""Reasons against a contact, and statics against hand calculation."""
+"""Reasons as values: their texts are those of contacts.json, and are read as the same kinds."""
 
-import numpy as np
+import dataclasses
+
 import pytest
 
-from drake_aerial.cloud.point_cloud import PointCloud
-from drake_aerial.contacts.feasibility.local_surface import LocalSurface
-from drake_aerial.contacts.feasibility.reasons import load_shares, reasons_against, tensions
-from drake_aerial.contacts.parameters import TransferParameters
-from drake_aerial.errors import InputError
-from drake_aerial.features.surface_features import FeatureParameters, compute_features
-from drake_aerial.geometry import Pose, quat_from_two_vectors
-from drake_aerial.statics.lift import Lift
-from tests.contacts.box_scans import box_cloud
+from drake_aerial.contacts.feasibility.reasons import Reason, ReasonKind
 
-UP = np.array([0.0, 0.0, 1.0])
-
-
-@pytest.fixture(scope="module")
-def surface():
-    return LocalSurface(compute_features(box_cloud([0.6, 0.4, 0.3])))
-
-
-def reasons(
-    surface, positions, axes=None, centre=(0.0, 0.0), distance=None, cable=(0.0, 0.0, 0.5), **limits
-):
-    p = np.atleast_2d(np.asarray(positions, float))
-    z = np.tile(UP, (len(p), 1)) if axes is None else np.atleast_2d(np.asarray(axes, float))
-    X_NG = Pose(p, quat_from_two_vectors(UP, z))
-    X_NQ = Pose(p + cable, np.tile([1.0, 0, 0, 0], (len(p), 1)))
-    distance = np.zeros(len(p)) if distance is None else np.asarray(distance)
-    return reasons_against(
-        X_NG, X_NQ, distance, np.asarray(centre), surface, TransferParameters(**limits)
-    )
-
-
-def test_top_of_a_box_is_feasible(surface):
-    assert reasons(surface, [0.1, 0.05, 0.15]) == ()
+# Texts in contacts.json files of the first version, with the reasons that they stand for.
+TEXTS = {
+    "upside down (its axis points -12 deg above the horizontal)": (ReasonKind.UPSIDE_DOWN, None),
+    "gripper 2: upside down where it was moved to (the surface faces -90 deg)": (
+        ReasonKind.UPSIDE_DOWN_AFTER_MOVE,
+        1,
+    ),
+    "gripper 3: cable through the payload": (ReasonKind.CABLE_THROUGH_PAYLOAD, 2),
+    "off the surface (nearest point 5.0 cm away)": (ReasonKind.OFF_SURFACE, None),
+    "gripper 12: off the surface (nearest point 13.7 cm away)": (ReasonKind.OFF_SURFACE, 11),
+    "gripper 1: tilted against the surface (21 deg)": (ReasonKind.TILTED, 0),
+    "quadrotors 1 and 3 too close (0.20 m, at least 0.35 m)": (
+        ReasonKind.QUADROTORS_TOO_CLOSE,
+        None,
+    ),
+    "no positive-tension equilibrium (all contacts on one side of the centre of mass)": (
+        ReasonKind.ONE_SIDED,
+        None,
+    ),
+    "no positive-tension equilibrium (cables do not balance)": (ReasonKind.UNBALANCED, None),
+    "gripper 2: more tension than the propellers lift (9.8 N, at most 4.5 N)": (
+        ReasonKind.TOO_MUCH_TENSION,
+        1,
+    ),
+    'constraint "keep to (the) left" is violated by 1.2e-05': (
+        ReasonKind.CONSTRAINT_VIOLATED,
+        None,
+    ),
+}
 
 
-def test_upside_down(surface):
-    assert "upside down" in reasons(surface, [0, 0, -0.15], axes=[0, 0, -1])[0]
-    # The middle of a side face.
-    assert "upside down" in reasons(surface, [0.3, 0, 0], axes=[1, 0, 0])[0]
+@pytest.mark.parametrize("text", TEXTS)
+def test_the_text_of_every_kind_is_read_back(text):
+    reason = Reason.from_text(text)
+    assert (reason.kind, reason.gripper) == TEXTS[text]
+    assert str(reason) == text
 
 
-def test_cable_through_the_payload(surface):
-    assert reasons(surface, [0, 0, -0.15]) == ("cable through the payload",)
-    leaning = reasons(surface, [0.2, 0, 0.15], cable=(-0.4, 0.0, -0.2))
-    assert leaning == ("cable through the payload",)
-
-
-def test_off_the_surface(surface):
-    found = reasons(surface, [0, 0, 0.2], distance=[0.05])
-    assert found == ("off the surface (nearest point 5.0 cm away)",)
-
-
-def test_quadrotors_too_close(surface):
-    found = reasons(surface, [[-0.1, 0, 0.15], [0.1, 0, 0.15]])
-    assert found == ("quadrotors 1 and 2 too close (0.20 m, at least 0.35 m)",)
-
-
-def test_no_taut_equilibrium(surface):
-    line = [[-0.25, 0, 0.15], [0.15, 0, 0.15]]
-    assert reasons(surface, line) == ()
-    assert "no positive-tension equilibrium" in reasons(surface, line, centre=(0.2, 0.0))[0]
-
-
-def test_load_shares_of_two_cables_follow_the_lever_rule():
-    p = np.array([[-0.1, 0, 0], [0.3, 0, 0.0]])
-    np.testing.assert_allclose(load_shares(p, p + UP, np.zeros(2)), [0.75, 0.25], atol=1e-9)
-    # Beside the line the payload swings below it.
-    np.testing.assert_allclose(
-        load_shares(p, p + UP, np.array([0.0, 0.05])), [0.75, 0.25], atol=1e-9
-    )
-    assert load_shares(p, p + UP, np.array([0.4, 0.0])) is None
-
-
-def test_load_shares_of_three_cables_are_barycentric():
-    p = np.array([[0.3, 0, 0.1], [-0.2, 0.3, 0.1], [-0.1, -0.3, 0.15]])
-    share = np.array([0.5, 0.2, 0.3])
-    np.testing.assert_allclose(load_shares(p, p + UP, (share @ p)[:2]), share, atol=1e-6)
-    assert load_shares(p, p + UP, np.array([-0.4, 0.0])) is None
-
-
-def test_redundant_cables_share_the_load():
-    angle = np.arange(6) * np.pi / 3.0
-    p = np.stack([0.4 * np.cos(angle), 0.4 * np.sin(angle), np.zeros(6)], axis=1)
-    np.testing.assert_allclose(load_shares(p, p + UP, np.zeros(2)), 1.0 / 6.0, atol=1e-9)
-    # Three on a line, the centre beside the middle one.
-    bar = np.array([[-0.3, 0, 0], [0.0, 0, 0], [0.3, 0, 0]])
-    share = load_shares(bar, bar + UP, np.array([0.06, 0.0]))
-    assert share.min() > 0.2
-    assert share @ bar[:, 0] == pytest.approx(0.06)
-    # Far off the middle: the smallest tensions in norm would be negative, yet all can be taut.
-    share = load_shares(p, p + UP, np.array([0.3, 0.0]))
-    assert share.min() > 0.01
-    np.testing.assert_allclose(share @ p, [0.3, 0.0, 0.0], atol=1e-9)
-    assert load_shares(p, p + UP, np.array([0.45, 0.0])) is None
-
-
-def test_one_cable_carries_everything():
-    np.testing.assert_array_equal(
-        load_shares(np.zeros((1, 3)), UP[None], np.array([0.2, 0.0])), [1.0]
-    )
-
-
-THREE = np.array([[0.25, 0.0, 0.15], [-0.2, 0.18, 0.15], [-0.2, -0.18, 0.15]])
-
-
-def test_a_formation_around_the_centre_is_feasible(surface):
-    assert reasons(surface, THREE) == ()
-
-
-def test_reasons_name_the_gripper(surface):
-    p = THREE * [1, 1, 1]
-    p[1, 2], p[2] = -0.15, [-0.3, 0.0, 0.0]
-    found = reasons(
-        surface, p, axes=[[0, 0, 1], [0, 0, 1], [-1, 0, 0]], distance=[0.03, 0, 0], separation=0.1
-    )
-    assert found[0] == "gripper 1: off the surface (nearest point 3.0 cm away)"
-    assert found[1] == "gripper 2: cable through the payload"
-    assert found[2].startswith("gripper 3: upside down")
+def test_every_kind_has_a_text_in_this_test():
+    assert {kind for kind, _ in TEXTS.values()} == set(ReasonKind) - {ReasonKind.OTHER}
 
 
 @pytest.mark.parametrize(
-    ("centre", "outside"), [((-0.25, 0.0), True), ((-0.19, 0.0), False), ((0.1, 0.12), True)]
+    "text",
+    [
+        "",
+        "gripper 2: off the surface",
+        "off the surface (nearest point 1.2.3 cm away)",
+        "off the surface (nearest point nan cm away)",
+        "off the surface (nearest point 1e999 cm away)",
+        "gripper 02: cable through the payload",
+        "an unknown reason\nin two lines",
+    ],
 )
-def test_all_contacts_on_one_side(surface, centre, outside):
-    # Beyond the base of the triangle, just inside it, and beyond one of its legs.
-    found = reasons(surface, THREE, centre=centre)
-    expected = "no positive-tension equilibrium (all contacts on one side of the centre of mass)"
-    assert found == ((expected,) if outside else ())
+def test_other_texts_are_kept_as_they_are(text):
+    reason = Reason.from_text(text)
+    assert reason.kind is ReasonKind.OTHER
+    assert str(reason) == text
 
 
-def test_cables_that_all_lean_one_way_do_not_balance(surface):
-    found = reasons(surface, THREE, cable=(0.2, 0.0, 0.45))
-    assert found == ("no positive-tension equilibrium (cables do not balance)",)
+def test_values_are_in_si_units_whatever_the_text_shows():
+    tilted = Reason.from_text("tilted against the surface (90 deg)")
+    assert tilted.value == pytest.approx(1.5708, abs=1e-4)
+    assert Reason.from_text("off the surface (nearest point 3.0 cm away)").value == 0.03
+    close = Reason.from_text("quadrotors 1 and 3 too close (0.20 m, at least 0.35 m)")
+    assert (close.pair, close.value, close.limit) == ((0, 2), 0.2, 0.35)
 
 
-def test_four_vertical_cables_share_as_evenly_as_balance_allows():
-    p = np.array([[0.3, 0.3, 0], [-0.3, 0.3, 0], [-0.3, -0.3, 0], [0.3, -0.3, 0.0]])
-    np.testing.assert_allclose(load_shares(p, p + UP, np.zeros(2)), np.full(4, 0.25), atol=1e-9)
-    # By hand: the right pair carries (0.3 + 0.1) / 0.6 of the weight, each pair in halves.
-    np.testing.assert_allclose(
-        load_shares(p, p + UP, np.array([0.1, 0.0])), [1 / 3, 1 / 6, 1 / 6, 1 / 3], atol=1e-9
-    )
-    assert load_shares(p, p + UP, np.array([0.35, 0.0])) is None
-
-
-def test_leaning_cables_pull_more_than_the_weight():
-    p = np.array([[0.3, 0, 0], [-0.3, 0, 0.0]])
-    lean = np.array([[np.tan(0.5), 0, 1], [-np.tan(0.5), 0, 1]])
-    np.testing.assert_allclose(
-        tensions(p, p + lean, np.zeros(2)), np.full(2, 0.5 / np.cos(0.5)), atol=1e-9
-    )
-    np.testing.assert_allclose(load_shares(p, p + lean, np.zeros(2)), [0.5, 0.5], atol=1e-9)
-
-
-def test_more_tension_than_the_propellers_lift(surface):
-    line = [[-0.1, 0, 0.15], [0.3, 0, 0.15]]
-    # Lever rule: 3/4 and 1/4 of 19.62 N; a 0.25 kg quadrotor of 15 N holds 15 - 2.4525 N.
-    lift = Lift(2.0, (15.0, 15.0), (0.25, 0.25))
-    assert reasons(surface, line, lift=lift) == (
-        "gripper 1: more tension than the propellers lift (14.7 N, at most 12.5 N)",
-    )
-    assert reasons(surface, line, lift=Lift(2.0, (17.5, 15.0), (0.25, 0.25))) == ()
-    alone = reasons(surface, [0, 0, 0.15], lift=Lift(1.0, (10.0,), (0.25,)))
-    assert alone == ("more tension than the propellers lift (9.8 N, at most 7.5 N)",)
-
-
-def test_strong_quadrotors_relieve_a_weak_one_where_statics_allow_it(surface):
-    p = np.array([[0.2, 0.19, 0.15], [-0.2, 0.19, 0.15], [-0.2, -0.19, 0.15], [0.2, -0.19, 0.15]])
-    # Even shares are 4.9 N; the second holds 3 N, and its neighbours make up for it.
-    weak = Lift(2.0, (15.0, 5.4525, 15.0, 15.0), (0.25,) * 4)
-    assert reasons(surface, p, lift=weak) == ()
-    # Two neighbours carry half of the weight, 9.8 N, however they share it.
-    weak_side = Lift(2.0, (5.4525, 5.4525, 15.0, 15.0), (0.25,) * 4)
-    assert [reason[:9] for reason in reasons(surface, p, lift=weak_side)] == [
-        "gripper 1",
-        "gripper 2",
-    ]
-
-
-def test_largest_tension_along_a_leaning_cable():
-    d = np.array([[np.sin(0.6), 0.0, np.cos(0.6)], [0.0, 0.0, 1.0]])
-    lift = Lift(1.0, (12.0, 2.0), (0.4, 0.4))
-    tension = lift.largest_tension(d)
-    assert np.linalg.norm(tension[0] * d[0] + [0, 0, 0.4 * 9.81]) == pytest.approx(12.0)
-    # The second does not lift itself.
-    assert tension[1] == 0.0
-
-
-@pytest.mark.parametrize(
-    "values", [(0.0, (1.0,), (1.0,)), (1.0, (1.0, 2.0), (1.0,)), (1.0, (np.inf,), (1.0,))]
-)
-def test_refuses_bad_lifts(values):
-    with pytest.raises(InputError, match="must"):
-        Lift(*values)
-
-
-def test_refuses_the_lift_of_another_team(surface):
-    with pytest.raises(InputError, match="2 quadrotors, the contacts of 1"):
-        reasons(surface, [0, 0, 0.15], lift=Lift(1.0, (10.0, 10.0), (0.25, 0.25)))
-
-
-def test_gaps_between_samples_are_surface_and_holes_are_not():
-    # Samples 2 cm apart on average, thrown at random, with a hole of 10 cm radius.
-    rng = np.random.default_rng(0)
-    xy = rng.uniform(-0.5, 0.5, (2500, 2))
-    xy = xy[np.linalg.norm(xy, axis=1) > 0.1]
-    sparse = PointCloud.read(np.column_stack([xy, np.zeros(len(xy))]), viewpoint=(0, 0, 2))
-    surface = LocalSurface(compute_features(sparse, FeatureParameters(rho=0.06)))
-    at = rng.uniform(-0.4, 0.4, (2000, 2))
-    at = at[np.linalg.norm(at, axis=1) > 0.14]
-    gap = np.linalg.norm(at[:, None] - surface.points[:, :2], axis=2).min(axis=1)
-    assert np.mean(gap > surface.hole) < 0.01
-    assert np.linalg.norm(surface.points[:, :2], axis=1).min() > surface.hole
+def test_reading_a_text_gives_the_reason_but_for_rounding():
+    reason = Reason(ReasonKind.TOO_MUCH_TENSION, gripper=1, value=9.8123, limit=4.5377)
+    rounded = dataclasses.replace(reason, value=9.8, limit=4.5)
+    assert Reason.from_text(str(reason)) == rounded

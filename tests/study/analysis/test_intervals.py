@@ -38,7 +38,7 @@ def test_the_interval_knows_that_flights_of_one_solution_are_alike():
     level = rng.normal(size=20)
     clusters = [rng.normal(mean, 0.01, 10) for mean in level]
     interval = cluster_bootstrap(clusters, np.random.default_rng(5), resamples=3000)
-    # The exact variance of a mean over two stages: between solutions, plus (here negligible) within.
+    # The exact variance of the mean: between solutions, plus within (negligible here).
     expected = stats.t.ppf(0.975, 19) * np.std([c.mean() for c in clusters], ddof=1) / np.sqrt(20)
     assert 0.5 * (interval.high - interval.low) == pytest.approx(expected, rel=0.08)
     alike = cluster_bootstrap([[v] for c in clusters for v in c], np.random.default_rng(5))
@@ -77,14 +77,18 @@ def test_same_generator_same_interval_and_nothing_from_one_value():
 
 
 @pytest.mark.parametrize(("failures", "attempts"), [(0, 10), (3, 10), (10, 10), (1, 50), (25, 50)])
-def test_wilson_is_scipys(failures, attempts):
-    expected = stats.binomtest(failures, attempts).proportion_ci(method="wilson")
-    ours = wilson(failures, attempts)
-    assert ours.value == failures / attempts
-    np.testing.assert_allclose([ours.low, ours.high], expected, atol=1e-12)
+def test_wilsons_limits_are_the_rates_at_which_the_score_is_at_its_quantile(failures, attempts):
+    interval = wilson(failures, attempts)
+    assert interval.value == failures / attempts
+    for limit in (interval.low, interval.high):
+        deviation = abs(failures / attempts - limit)
+        assert deviation == pytest.approx(
+            1.959964 * np.sqrt(limit * (1 - limit) / attempts), abs=1e-7
+        )
+    assert 0.0 <= interval.low <= interval.value <= interval.high <= 1.0
 
 
 def test_wilson_refuses_more_failures_than_attempts():
     assert wilson(0, 0).value is None
-    with pytest.raises(InputError, match="11 failures of 10"):
+    with pytest.raises(InputError, match="`failures` must be in 0 to 10, got 11"):
         wilson(11, 10)

@@ -84,7 +84,7 @@ def test_the_same_records_in_any_order_are_the_same_report(tmp_path):
     assert report.timing["flights_cpu_s"] == pytest.approx(9.5 * len(records))
 
 
-def test_the_page_stands_alone_and_names_every_method(tmp_path):
+def test_the_page_is_self_contained_and_names_every_method(tmp_path):
     write_study(
         tmp_path, method_study(np.random.default_rng(0), conditions=("A",)), conditions=CONDITIONS
     )
@@ -116,7 +116,7 @@ def test_a_corrupted_line_is_reported_and_skipped(tmp_path):
     )
 
 
-def test_missing_and_broken_series_are_said(tmp_path):
+def test_missing_and_broken_series_are_reported(tmp_path):
     records = method_study(np.random.default_rng(0), conditions=("A",), solutions=1, trials=3)
     write_study(tmp_path, records, conditions=CONDITIONS)
     series = sorted((tmp_path / "series").iterdir())
@@ -135,19 +135,19 @@ def test_without_a_plan_the_records_are_enough(tmp_path):
     assert "study.yaml is missing" in (tmp_path / "report.html").read_text()
 
 
-def test_an_empty_folder_is_one_line_and_exit_2(tmp_path, capsys):
+def test_a_folder_without_records_is_one_line_and_exit_2(tmp_path, capsys):
     assert cli.main(["report", str(tmp_path)]) == 2
     error = capsys.readouterr().err
     assert error.count("\n") == 1
     assert "has no records" in error
-    with pytest.raises(InputError, match="no folder"):
+    with pytest.raises(InputError, match="is not a folder"):
         write_report(tmp_path / "nowhere")
     (tmp_path / "records.jsonl").write_text("{broken\n")
     with pytest.raises(InputError, match="1 lines in it cannot be read"):
         write_report(tmp_path)
 
 
-def test_the_verb_prints_what_was_found_and_what_it_took(tmp_path, capsys):
+def test_the_command_prints_results_and_times(tmp_path, capsys):
     write_study(tmp_path, [record("A", "task", 1, 0, 0.02)], conditions=CONDITIONS, series=False)
     assert cli.main(["report", str(tmp_path)]) == 0
     out = capsys.readouterr().out
@@ -156,9 +156,7 @@ def test_the_verb_prints_what_was_found_and_what_it_took(tmp_path, capsys):
     assert (tmp_path / "report.html").exists()
 
 
-def test_a_campaigns_folder_gives_pictures_of_contacts_and_the_same_bytes_again(
-    undisturbed, tmp_path
-):
+def test_the_report_of_a_study_has_figures_of_contacts_and_equal_bytes(undisturbed, tmp_path):
     for name in ("one", "two"):
         shutil.copytree(undisturbed, tmp_path / name)
         write_report(tmp_path / name)

@@ -1,0 +1,67 @@
+"""The holding forces of grippers: when a cable's tension pulls a gripper off its payload."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_aerial.geometry import Array
+from drake_aerial.plant.cable import Cable
+from drake_aerial.statics.gravity import GRAVITY
+
+
+def normal_pull(tension: Array, xi: Array, normal: Array) -> Array:
+    """Return the pulls (n,) [N] of n cables along the outward surface normals.
+
+    Parameters
+    ----------
+    tension : (n,) array [N]
+    xi : (n, 3) array
+        Cable directions, from quadrotor to contact.
+    normal : (n, 3) array
+        Outward unit normals at the contacts, in the same frame.
+    """
+    return tension * np.maximum(0.0, -np.einsum("ij,ij->i", xi, normal))
+
+
+class HoldingForces:
+    """Holding forces of the grippers of n cables.
+
+    Attributes
+    ----------
+    limit : (n,) array
+        Holding force along the contact's normal [N]; infinite for a gripper that never lets go.
+    """
+
+    def __init__(self, cables: list[Cable]):
+        self.limit = np.array([cable.gripper.parameters.holding_force for cable in cables])
+        self._normal_L = np.stack([cable.gripper.normal_L for cable in cables])
+
+    @property
+    def are_finite(self) -> bool:
+        """Whether at least one gripper can let go."""
+        return bool(np.isfinite(self.limit).any())
+
+    def exceeded(self, tension: Array, xi: Array, R_WL: Array) -> NDArray[np.bool_]:
+        """Return which grippers (n,) are pulled by more than their holding force.
+
+        Parameters
+        ----------
+        tension : (n,) array [N]
+        xi : (n, 3) array
+            Cable directions in the world, from quadrotor to contact.
+        R_WL : (3, 3) array
+            Rotation of the payload.
+        """
+        return normal_pull(tension, xi, self._normal_L @ R_WL.T) > self.limit
+
+
+def safe_slide_rate(cable: Cable, time_step: float) -> float:
+    """Return the rate of a cable's slide below which its gripper cannot be overloaded [m/s].
+
+    A taut cable pulls with less than 1.5 times the thrust and weight of its quadrotor, swinging
+    included. A larger tension needs an impact, which stops the quadrotor's mass within one step.
+    """
+    quadrotor = cable.quadrotor.parameters
+    steady = 1.5 * (quadrotor.thrust_limits[1] + quadrotor.mass * GRAVITY)
+    return (cable.gripper.parameters.holding_force - steady) * time_step / quadrotor.mass
