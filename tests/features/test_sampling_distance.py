@@ -25,7 +25,7 @@ def test_sparse_scans_are_noted_or_refused():
     noted = compute_features(PointCloud.read(lines(0.01, 0.018))).assumptions
     assert [str(a.kind) for a in noted] == ["spacing"]
     assert "neighbouring points are 1.8 cm apart, 1.5 cm or less are better" in noted[0].text
-    with pytest.raises(InputError, match="too sparse: neighbouring points are 2.2 cm apart"):
+    with pytest.raises(InputError, match=r"too sparse: neighbouring points are 2.2 cm apart"):
         compute_features(PointCloud.read(lines(0.01, 0.022)))
 
 
