@@ -21,8 +21,8 @@ def add_scan(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "cloud",
         metavar="CLOUD",
-        help="a scan in metres (.ply .pcd .obj .stl .npy .npz .xyz .txt .csv .pts .las ...), a depth "
-        "image (with --camera), or the name of a shipped payload",
+        help="a scan in metres (.ply .pcd .obj .stl .npy .npz .xyz .txt .csv .pts .las ...), "
+        "a depth image (with --camera), or the name of a shipped payload",
     )
     command.add_argument(
         "--viewpoint",

@@ -101,7 +101,7 @@ def facing_out_of_plates(points: Array, normals: Array, radius: float) -> Array:
 
 
 def _other_layer(tree: cKDTree, normals: Array, at: NDArray[np.int64], radius: float) -> Array:
-    """Return on which side of the points `at` (M,) is another layer: +1 along the normal, -1, or 0."""
+    """Return the side (M,) of another layer at points `at`: +1 along the normal, -1, or 0."""
     points = tree.data
     neighbours = tree.query_ball_point(points[at], radius, workers=cores())
     row = np.repeat(np.arange(len(at)), [len(found) for found in neighbours])

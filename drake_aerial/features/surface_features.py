@@ -227,8 +227,8 @@ def compute_features(
     planes = fit_planes(cloud.points[order], parameters.rho, parameters.min_neighbours)
     if planes is None:
         raise InputError(
-            f"too few points: none of {len(cloud)} has {parameters.min_neighbours} neighbours within "
-            f"rho = {parameters.rho:g} m; {_remedy(cloud)}"
+            f"too few points: none of {len(cloud)} has {parameters.min_neighbours} neighbours "
+            f"within rho = {parameters.rho:g} m; {_remedy(cloud)}"
         )
     balls, normals, kept = planes
     points = balls.points
