@@ -16,6 +16,7 @@ HEAVY = (
     "dask",
     "distributed",
     "yaml",
+    "pydantic",
     "pytest",
 )
 HELP = """

@@ -16,9 +16,9 @@ def add_command(commands: argparse._SubParsersAction) -> None:
         "fly",
         help="fly one of the solutions of a transfer",
         description="Fly one of the solutions of a transfer. Infeasible set-ups are rejected "
-        "before the simulation, with the reason: exit code 1 if the contacts are marked infeasible, taut "
-        "cables cannot hold the payload or a quadrotor's share is too large; 2 if the team cannot "
-        "lift the payload.",
+        "before the simulation, with the reason: exit code 1 if the contacts are marked "
+        "infeasible, taut cables cannot hold the payload or a quadrotor's share is too large; 2 if "
+        "the team cannot lift the payload.",
     )
     command.add_argument(
         "contacts", type=Path, metavar="contacts.json", help="file that `transfer` wrote"

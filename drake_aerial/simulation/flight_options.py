@@ -36,7 +36,7 @@ _CLASSES: dict[str, Callable[..., PayloadController]] = {
 
 @record(frozen=True)
 class FlightOptions:
-    """How to fly; each field is also a keyword of `fly`, `prepare_flight` and `Flight`.
+    """How to fly: the options of a `Flight`. Each field is also a keyword of `fly`.
 
     Raises
     ------

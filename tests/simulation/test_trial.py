@@ -297,7 +297,7 @@ def test_the_transport_trajectory_is_recorded_by_one_name(name):
         ({"belief": "blind"}, "below_contact, geometric, true"),
         ({"controller": "pid"}, "mpc, geometric_ff, geometric"),
         ({"trajectory": "spiral"}, "spiral"),
-        ({"cable": "rope"}, "inextensible or elastic"),
+        ({"cable": "rope"}, "`cable` must be one of inextensible, elastic"),
         ({"solution": 3}, "`solution` must be one of the ranks 1, got 3"),
         ({"payload": "anvil"}, "box_68x61x28"),
         ({"payload": Payload.from_box([0.68, 0.61, 0.28], 0.5)}, "7.07 N"),
