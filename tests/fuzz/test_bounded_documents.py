@@ -20,7 +20,8 @@ from drake_aerial import (
 from drake_aerial.configuration import NOUNS, defaults_text
 from drake_aerial.io.strict_yaml import MOST_LEVELS, MOST_VALUES, read_json, read_mapping
 from drake_aerial.references.trajectory_files import read_trajectory
-from drake_aerial.study.records import StudyFolder, read_records
+from drake_aerial.study.records import read_records
+from drake_aerial.study.study_folder import StudyFolder
 from tests.fuzz.bounds import bounded
 from tests.fuzz.hostile import npz
 
@@ -81,12 +82,12 @@ def test_a_study_folder_refuses_a_plan_without_bound(hostile, tmp_path):
     value, word = HOSTILE[hostile]
     (tmp_path / "study.yaml").write_text(f"conditions: {value}\n")
     plan = StudyPlan.read("paper")
-    with bounded(), pytest.raises(InputError, match=word), StudyFolder.opened(tmp_path, plan):
+    folder = StudyFolder(tmp_path)
+    with bounded(), pytest.raises(InputError, match=word), folder.opened_for(plan):
         pass
     with bounded():
-        files = StudyFiles.open(tmp_path)
-    assert files.plan == {}
-    assert word in files.complaints[0]
+        assert folder.plan == {}
+    assert word in folder.warnings[0]
 
 
 @pytest.mark.parametrize("depth", [MOST_LEVELS + 1, 100_000])
@@ -109,7 +110,7 @@ def test_deep_json_is_refused_by_every_reader(depth, tmp_path):
         ContactSkill.load(tmp_path / "skill.npz")
     (tmp_path / "timing.json").write_text(f'{{"transfers": {deep}}}')
     with bounded():
-        assert StudyFiles(tmp_path, {}).timing() == {}
+        assert StudyFolder(tmp_path).timing() == {"transfers": {}, "sessions": []}
     (tmp_path / "records.jsonl").write_text(f'{{"schema": {deep}}}\n')
     with bounded():
         assert read_records(tmp_path) == (
