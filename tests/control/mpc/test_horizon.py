@@ -6,7 +6,6 @@ from scipy.integrate import trapezoid
 
 from drake_aerial.control.mpc.horizon import Horizon, normalized, pack, shifting, unpack
 from drake_aerial.dynamics.payload_model import retract
-from drake_aerial.errors import InputError
 from tests.control.payload_cases import random_state
 
 STEP = 0.05
@@ -72,16 +71,6 @@ def test_between_samples_a_plan_is_interpolated_and_beyond_them_extrapolated():
         np.testing.assert_allclose(
             got[~inside], values[3] + slope * (at[~inside] - 4.0), atol=1e-12
         )
-
-
-@pytest.mark.parametrize(
-    ("stages", "step"),
-    [(1, 0.1), (0, 0.1), (-3, 0.1), ((1,), 0.1), ((1, 0), 0.1), ((2, -1), 0.1), ((1.0, 2.0), 0.1)]
-    + [(((1, 2), (1, 1)), 0.1), ((1, 1), 0.0), ((1, 1), -0.1), ((1, 1), np.nan)],
-)
-def test_impossible_horizons_are_refused(stages, step):
-    with pytest.raises(InputError, match="`stages` must be 2 or more"):
-        Horizon(stages, step, 0.02)
 
 
 def test_two_stages_are_enough():
