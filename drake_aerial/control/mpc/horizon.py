@@ -40,7 +40,7 @@ class Horizon:
         Matrix from inputs at every unit to their means over the steps.
     shift_states, shift_inputs : (N + 1, N + 1), (N, N) arrays
         Matrices from a plan's states and inputs to those `ahead` later.
-    lapse : (N + 1,) array
+    lag_change : (N + 1,) array
         Row from a plan's states to their change within `lag`, at the time `ahead`.
     """
 
@@ -53,7 +53,7 @@ class Horizon:
         for k, (begin, end) in enumerate(itertools.pairwise(self.ends)):
             self.means[k, begin:end] = 1.0 / (end - begin)
         self.shift_states = shifting(self.ends.astype(float), ahead / step)
-        self.lapse = (
+        self.lag_change = (
             self.shift_states[0] - shifting(self.ends.astype(float), (ahead - lag) / step)[0]
         )
         self.shift_inputs = shifting(self.means @ np.arange(self.ends[-1]), ahead / step)

@@ -54,8 +54,8 @@ def test_a_plan_that_is_linear_in_time_moves_on_exactly(stages, ahead):
     line = 3.0 - 2.0 * t
     np.testing.assert_allclose(h.shift_states @ line, line - 2.0 * ahead, atol=1e-12)
     # What happens within the lag, before the plan begins.
-    assert h.lapse @ line == pytest.approx(-2.0 * 0.4 * ahead, abs=1e-12)
-    assert h.lapse @ np.ones(len(t)) == pytest.approx(0.0, abs=1e-12)
+    assert h.lag_change @ line == pytest.approx(-2.0 * 0.4 * ahead, abs=1e-12)
+    assert h.lag_change @ np.ones(len(t)) == pytest.approx(0.0, abs=1e-12)
     middle = 0.5 * (t[:-1] + t[1:])
     np.testing.assert_allclose(h.shift_inputs @ middle, middle + ahead, atol=1e-12)
 
