@@ -8,7 +8,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from drake_aerial.dynamics.payload_model import PayloadState
-from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
 
 STAGES = (1,) * 4 + (2,) * 8
@@ -41,23 +40,12 @@ class Horizon:
         Matrix from inputs at every unit to their means over the steps.
     shift_states, shift_inputs : (N + 1, N + 1), (N, N) arrays
         Matrices from a plan's states and inputs to those `ahead` later.
-    lapse : (N + 1,) array
+    lag_change : (N + 1,) array
         Row from a plan's states to their change within `lag`, at the time `ahead`.
-
-    Raises
-    ------
-    InputError
-        If there are less than 2 steps, or a length is not positive.
     """
 
     def __init__(self, stages: int | Sequence[int], step: float, ahead: float, lag: float = 0.0):
-        units = np.ones(stages, int) if isinstance(stages, int) and stages > 0 else np.array(stages)
-        whole = units.ndim == 1 and len(units) > 1 and units.dtype.kind == "i" and (units > 0).all()
-        if not whole or not step > 0.0:
-            raise InputError(
-                "`stages` must be 2 or more positive integers, or their number, and `step` must be "
-                f"positive [s], got {stages} and {step}"
-            )
+        units = np.ones(stages, int) if isinstance(stages, int) else np.array(stages)
         self.units, self.step = units, step
         self.ends = np.concatenate([[0], np.cumsum(units)])
         self.shares = np.concatenate([[1.0], 0.5 * (units[:-1] + units[1:]), [1.0]])
@@ -65,7 +53,7 @@ class Horizon:
         for k, (begin, end) in enumerate(itertools.pairwise(self.ends)):
             self.means[k, begin:end] = 1.0 / (end - begin)
         self.shift_states = shifting(self.ends.astype(float), ahead / step)
-        self.lapse = (
+        self.lag_change = (
             self.shift_states[0] - shifting(self.ends.astype(float), (ahead - lag) / step)[0]
         )
         self.shift_inputs = shifting(self.means @ np.arange(self.ends[-1]), ahead / step)

@@ -56,9 +56,12 @@ def initial_guess(
     if memory.begun:
         u = (horizon.shift_inputs @ memory.inputs).reshape(N, n, 3)
         x = normalized(unpack(horizon.shift_states @ memory.states, n))
-        lapse = unpack((horizon.lapse @ memory.states)[None], n)
+        lag_change = unpack((horizon.lag_change @ memory.states)[None], n)
         now = now._replace(
-            v=now.v + lapse.v, W=now.W + lapse.W, w=now.w + lapse.w, F=now.F + lapse.F
+            v=now.v + lag_change.v,
+            W=now.W + lag_change.W,
+            w=now.w + lag_change.w,
+            F=now.F + lag_change.F,
         )
     if disturbance is not None:
         now = now._replace(F=now.F + disturbance.on_quadrotors)

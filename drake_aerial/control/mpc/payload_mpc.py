@@ -72,7 +72,7 @@ class PayloadMpc(PayloadController):
     Raises
     ------
     InputError
-        If a parameter is out of its range.
+        If the offset is not in [0, period).
 
     Examples
     --------
