@@ -5,7 +5,6 @@ import json
 import numpy as np
 import pytest
 import yaml
-from drake_aerial.study.analysis.study_files import StudyFiles
 
 from drake_aerial import (
     ContactSkill,
