@@ -1,4 +1,4 @@
-"""Packages and their order: a module imports only from packages below its own, and no cycle exists."""
+"""A module imports only from packages below its own, and there is no import cycle."""
 
 import ast
 from pathlib import Path
@@ -60,7 +60,7 @@ MODULES = {module_of(path): path for path in sorted(PACKAGE.rglob("*.py"))}
 
 
 def imports_of(module: str) -> set[str]:
-    """Return the package's modules that one imports, wherever in the file, under TYPE_CHECKING too."""
+    """Return the package's modules that `module` imports, also in functions and TYPE_CHECKING."""
     found = set()
     for node in ast.walk(ast.parse(MODULES[module].read_text())):
         if isinstance(node, ast.Import):

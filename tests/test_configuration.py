@@ -125,7 +125,8 @@ def test_a_station_is_put_together_from_files(tmp_path):
     (tmp_path / "weak.yaml").write_text("mass: 0.2")
     (tmp_path / "short.yaml").write_text("length: 0.3")
     (tmp_path / "station.yaml").write_text(
-        "quadrotor: [strong.yaml, {mass: 0.3}]\ncable: {length: 0.7}\nnoise: 0\nwind: {mean: [1, 0, 0]}\n"
+        "quadrotor: [strong.yaml, {mass: 0.3}]\n"
+        "cable: {length: 0.7}\nnoise: 0\nwind: {mean: [1, 0, 0]}\n"
     )
     station = read_station(tmp_path / "station.yaml")
     assert [q.mass for q in station.quadrotors(2)] == [0.5, 0.3]
@@ -159,7 +160,8 @@ def test_impossible_values_are_refused(tmp_path):
         (
             "transfer",
             "scale: supprt",
-            "`scale` must be one of auto, support, area, rigid, got 'supprt' (did you mean 'support'?)",
+            "`scale` must be one of auto, support, area, rigid, got 'supprt' "
+            "(did you mean 'support'?)",
         ),
         ("transfer", "voters: many", "`voters` must be a whole number, got 'many'"),
     ):

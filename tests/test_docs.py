@@ -1,8 +1,7 @@
-"""What the documentation tells its readers to type works, and what it says of files is so.
+"""The commands and code of the documentation run, and its statements about files are true.
 
-A page's blocks run in the order they stand, in one folder: `yaml` blocks become the file that their first line names, `sh`
-blocks go through the command line's own entry point, `python` blocks share their names.
-"""
+The blocks of a page run in order, in one folder: a `yaml` block is written to the file that its
+first line names, `sh` blocks call the command line's `main`, `python` blocks share their names."""
 
 import contextlib
 import io
@@ -33,7 +32,7 @@ def blocks(page: Path) -> list[tuple[str, str]]:
 
 
 def commands(text: str) -> list[list[str]]:
-    """Return the arguments of the lines of a block; each is a call of drake-aerial through tools/run."""
+    """Return the arguments of the lines of a block, which all start with tools/run drake-aerial."""
     lines = [shlex.split(line, comments=True) for line in text.strip().splitlines()]
     assert all(words[:2] == ["tools/run", "drake-aerial"] for words in lines), text
     return [words[2:] for words in lines]

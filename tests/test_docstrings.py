@@ -1,4 +1,4 @@
-"""Every public name says what it is; those of the root also give shapes and units of the arrays they take or hold."""
+"""Every public name has a docstring; those of the root name their arrays, shapes and units."""
 
 import ast
 import doctest
@@ -13,7 +13,7 @@ PACKAGE = Path(drake_aerial.__file__).parent
 
 
 def public_definitions(path: Path):
-    """Yield the public functions, classes and methods that a module defines, with their dotted names."""
+    """Yield dotted name and node of a module's public functions, classes and methods."""
 
     def walk(node, prefix):
         for child in ast.iter_child_nodes(node):
@@ -33,12 +33,11 @@ def public_definitions(path: Path):
 def test_every_public_name_has_a_docstring(path):
     assert ast.get_docstring(ast.parse(path.read_text())), f"{path.name} has no module docstring"
     missing = [name for name, node in public_definitions(path) if not ast.get_docstring(node)]
-    # A property or small override may be documented by its class; everything else must speak for itself.
     assert not missing, f"without a docstring: {missing}"
 
 
 def array_members(value) -> list[str]:
-    """Return names of the arrays that a function takes or a dataclass holds, by their annotations."""
+    """Return the names of a function's or dataclass's array members, by their annotations."""
     if inspect.isclass(value):
         annotations = {
             k: v for k, v in inspect.get_annotations(value).items() if not k.startswith("_")

@@ -1,4 +1,4 @@
-"""Every notebook runs from top to bottom without a screen, is kept without outputs, and leaves nothing behind."""
+"""Every notebook runs without a screen, is committed without outputs, and leaves no files."""
 
 from pathlib import Path
 

@@ -1,10 +1,11 @@
 """Draw the pictures of docs/gallery.md.
 
-Usage: tools/run python tools/docs_pictures.py [DIR]
+    tools/run python tools/docs_pictures.py [DIR]
 
 They are drawn only if the package, its models or this file have changed.
 """
 
+import argparse
 import hashlib
 import sys
 import tempfile
@@ -150,8 +151,8 @@ def flights(path: Path) -> None:
 
 
 if __name__ == "__main__":
-    target = (
-        Path(sys.argv[1]) if len(sys.argv) > 1 else Path(tempfile.mkdtemp(prefix="docs_pictures_"))
-    )
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", nargs="?", type=Path, help="default: a temporary folder")
+    target = parser.parse_args().folder or Path(tempfile.mkdtemp(prefix="docs_pictures_"))
     for drawn in draw(target):
         print(drawn)

@@ -1,8 +1,8 @@
-"""Make models/meshes: the Stanford bunny and the Utah teapot from packages that ship them; a triangle and a parcel.
+"""Make models/meshes: Stanford bunny, Utah teapot, hollow triangle, ridged parcel.
 
-Run it from the repository, with the package installed: `tools/run python tools/import_meshes.py`. It downloads two
-wheels into a temporary folder and takes one file from each; the results and PROVENANCE.md are committed, so that
-neither is needed to use the package.
+Run it from the repository: `tools/run python tools/import_meshes.py`. It downloads two wheels
+into a temporary folder and takes one file from each. The meshes and PROVENANCE.md are committed,
+so users of the package need neither the wheels nor this script.
 """
 
 from __future__ import annotations
@@ -77,15 +77,17 @@ def egg_parts(text: str) -> dict[str, trimesh.Trimesh]:
         else:
             corners = [int(c) for c in match["corners"].split()]
             faces[match["ref"]] += [[corners[0], b, c] for b, c in pairwise(corners[1:])]
-    # Vertices repeat where normals differ; rounding welds them, and what a patch's pole leaves degenerate is dropped.
+    # Vertices repeat where normals differ, so they are rounded and merged. Degenerate triangles at
+    # a patch's pole are dropped.
     return {name: welded(np.round(vertices[name], 4), faces[name]) for name in vertices}
 
 
 def rounded(mesh: trimesh.Trimesh, times: int = 2) -> trimesh.Trimesh:
-    """Return a mesh whose triangles are each split into 4^times that bulge between their corners' normals.
+    """Return a mesh with each triangle split into 4^times, curved by its corners' normals.
 
-    Phong tessellation (Boubekeur and Alexa 2008) with weight 1/2, which puts the middle of a circle's chord on the
-    circle. The curve along an edge depends on its two ends only, so that no cracks open.
+    This is Phong tessellation (Boubekeur and Alexa 2008) with weight 1/2, which puts the middle of
+    a circle's chord on the circle. The curve of an edge depends on its two ends only, so no
+    cracks open.
     """
     normals = mesh.vertex_normals[mesh.faces]
     weights, pieces = np.eye(3), np.arange(3)[None]
@@ -101,11 +103,11 @@ def rounded(mesh: trimesh.Trimesh, times: int = 2) -> trimesh.Trimesh:
 
 
 def welded(vertices: np.ndarray, faces: list[list[int]] | np.ndarray) -> trimesh.Trimesh:
-    """Return a mesh whose equal vertices are one, without degenerate triangles and without folds onto themselves."""
+    """Return a mesh with merged vertices, without degenerate and without folded triangles."""
     mesh = trimesh.Trimesh(vertices, faces, process=True)
     mesh.merge_vertices(merge_tex=True, merge_norm=True)
     mesh.update_faces(mesh.nondegenerate_faces())
-    # Two triangles in one place enclose nothing; ray casters count them once and take inside for outside.
+    # Two triangles in one place enclose nothing. Ray casters count them once, which is wrong.
     _, first, copies = np.unique(
         np.sort(mesh.faces, axis=1), axis=0, return_index=True, return_counts=True
     )
@@ -117,8 +119,8 @@ def welded(vertices: np.ndarray, faces: list[list[int]] | np.ndarray) -> trimesh
 def capped(mesh: trimesh.Trimesh, shift: np.ndarray | None = None) -> trimesh.Trimesh:
     """Close every hole by a fan around the mean of its rim, moved by `shift`.
 
-    An edge belongs to a rim if an odd number of triangles meets at it; with the fans every number is even, so that
-    counting a ray's crossings tells inside from outside whatever slivers and folds the mesh has.
+    An edge belongs to a rim if an odd number of triangles meets at it. With the fans every number
+    is even, so the number of a ray's crossings tells inside from outside, also with slivers.
     """
     edges, counts = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
     rim = edges[counts % 2 == 1]
@@ -139,8 +141,8 @@ def capped(mesh: trimesh.Trimesh, shift: np.ndarray | None = None) -> trimesh.Tr
 def remeshed(parts: list[trimesh.Trimesh], spacing: float, triangles: int) -> trimesh.Trimesh:
     """Return one watertight mesh around the union of closed parts.
 
-    Each part's signed distance is sampled on a grid, their minimum is the union's; its zero level is extracted and
-    decimated. Seams, slivers and walls inside another part vanish on the way.
+    The union's signed distance, the minimum over the parts, is sampled on a grid. Its
+    zero level is extracted and decimated, which removes seams, slivers and inner walls.
     """
     lower = np.min([part.bounds[0] for part in parts], axis=0) - 3.37 * spacing
     counts = (
@@ -179,7 +181,7 @@ def remeshed(parts: list[trimesh.Trimesh], spacing: float, triangles: int) -> tr
 
 
 class Imported(NamedTuple):
-    """A converted mesh and how its source's y-up `vertices` lie in it: scale * R * vertex + origin."""
+    """A converted mesh; its source's y-up `vertices` lie at scale * R * vertex + origin."""
 
     mesh: trimesh.Trimesh
     vertices: np.ndarray
@@ -212,14 +214,14 @@ def teapot(data: bytes) -> Imported:
     spout = rounded(parts["spout"])
     knobbed = trimesh.util.concatenate([parts["lid"], parts["lid_handle"]])
     lid = welded(np.round(knobbed.vertices, 6), knobbed.faces)
-    # The lid lies loosely in the body's opening, and the handle's lower end does not quite reach the body: their caps
-    # are pulled into the body, so that the parts overlap.
+    # The lid lies loosely in the body's opening, and the handle's lower end does not reach it.
+    # Their caps are pulled into the body, so that the parts overlap.
     closed = [
         capped(rounded(parts["body"])),
         capped(rounded(lid), np.array([0.0, 0.0, -0.03])),
         capped(rounded(parts["handle"]), np.array([0.03, 0.0, 0.0])),
         capped(spout),
-        # The lip is thinner than the grid: the mouth is filled by the hull of the spout's uppermost part.
+        # The lip is thinner than the grid, so the hull of the spout's upper end fills the mouth.
         trimesh.convex.convex_hull(spout.vertices[spout.vertices[:, 2] > 2.395 * scale]),
     ]
     mesh = remeshed(closed, SPACING, TRIANGLES)
@@ -232,11 +234,12 @@ def teapot(data: bytes) -> Imported:
 def hollow_triangle(
     circumradius: float = 0.42, beam: float = 0.1, height: float = 0.06
 ) -> trimesh.Trimesh:
-    """Return an equilateral triangle with a triangular hole, standing on z = 0, a corner on the x axis.
+    """Return an equilateral triangle with a triangular hole, standing on z = 0 [m].
 
-    `circumradius` is the outer triangle's, `beam` the width of its three beams, all in metres.
+    `circumradius` is the outer triangle's, `beam` the width of its three beams. One corner is on
+    the x axis.
     """
-    # The inradius is half the circumradius, so moving the sides in by `beam` costs the corners twice that.
+    # The inradius is half the circumradius: sides move inwards by `beam`, corners by twice that.
     radii = np.array([circumradius, circumradius - 2.0 * beam])
     angle = 2.0 * np.pi / 3.0 * np.arange(3)
     corners = np.stack([np.cos(angle), np.sin(angle), np.zeros(3)], axis=1)
@@ -260,9 +263,10 @@ def ridged_parcel(
     pitch: float = 0.06,
     height: float = 0.02,
 ) -> trimesh.Trimesh:
-    """Return a parcel of `size`, standing on z = 0, whose middle is covered by `ridges` flaps that overlap like shingles.
+    """Return a parcel of `size` that stands on z = 0, with `ridges` flaps on its top [m].
 
-    Each flap rises along x over its `pitch` to `height` above the top face, and falls off to it at once; all in metres.
+    The flaps overlap like shingles. Each rises along x over its `pitch` to `height` above the top
+    face, and ends there in a step.
     """
     half, top = 0.5 * size[0], size[2]
     lip = -0.5 * ridges * pitch + pitch * np.arange(ridges + 1)
@@ -283,7 +287,8 @@ def ridged_parcel(
 
     for k, (_, heights) in enumerate(columns[1:]):
         a, b = first[k], first[k + 1]
-        # The piece between two columns, as a fan around its lower left corner; its upper left one lies on the top face.
+        # The piece between two columns is a fan around its lower left corner; its upper left
+        # corner lies on the top face.
         fan = [*range(b, b + len(heights)), a + 1]
         for p, q in pairwise(fan):
             faces.extend([[a, p, q], [a + n, q + n, p + n]])
@@ -305,7 +310,7 @@ def deviation(mesh: trimesh.Trimesh, points: np.ndarray) -> tuple[float, float]:
 
 
 def write(name: str, mesh: trimesh.Trimesh) -> str:
-    """Write models/meshes/NAME.obj and return its figures as lines; refuse a mesh that encloses no volume."""
+    """Write models/meshes/NAME.obj and return its figures as lines; reject an open mesh."""
     if not (mesh.is_watertight and mesh.is_winding_consistent and mesh.volume > 0):
         raise ValueError(
             f"{name} is not closed: watertight {mesh.is_watertight}, volume {mesh.volume}"
@@ -318,8 +323,8 @@ def write(name: str, mesh: trimesh.Trimesh) -> str:
     size, centroid = np.ptp(mesh.vertices, axis=0), mesh.center_mass
     return (
         f"- `{name}.obj`: sha256 `{hashlib.sha256(text.encode()).hexdigest()}`\n"
-        f"- {len(mesh.vertices)} vertices, {len(mesh.faces)} triangles, watertight; size {vector(size)} m; "
-        f"volume {mesh.volume:.6f} m3; volume centroid {vector(centroid)} m"
+        f"- {len(mesh.vertices)} vertices, {len(mesh.faces)} triangles, watertight; "
+        f"size {vector(size)} m; volume {mesh.volume:.6f} m3; volume centroid {vector(centroid)} m"
     )
 
 
@@ -331,48 +336,55 @@ def vector(values: np.ndarray) -> str:
 PROVENANCE = """\
 # Where the meshes come from
 
-Made by `tools/import_meshes.py`; metres, z up, standing on z = 0, outward triangles. Positions below are in the mesh's
-own frame.
+Made by `tools/import_meshes.py`; metres, z up, standing on z = 0, outward triangles. Positions
+below are in the mesh's own frame.
 
 ## Stanford bunny
 
 {bunny}
-- Source: `{bunny_member}` in the PyPI wheel `{bunny_package}` {bunny_version}, sha256 of the file `{bunny_sha256}`;
-  it is the reduced reconstruction of the Stanford 3D Scanning Repository (Stanford Computer Graphics Laboratory, 1996).
-- Licence: the wheel is under the BSD 3-clause licence; the scan itself is under the terms of the Stanford 3D Scanning
-  Repository: free for research, with acknowledgement of the Stanford Computer Graphics Laboratory as the source, and
-  not for commercial products without permission.
-- Changed: turned from y up to z up; scaled by {bunny_scale:.5f} to 0.5 m of height; triangles folded onto themselves
-  removed; the holes of the scan, all on the underside, closed by fans; remeshed over a {spacing:.0f} mm grid of signed
-  distance and decimated, since the reconstruction is not a manifold; origin put on the floor below the volume centroid.
-  The scan's vertices are {bunny_rms:.2f} mm (root mean square), at most {bunny_max:.2f} mm from the result.
-- The scan's own origin is at {bunny_origin} m: below the floor, outside the body. The paper's mesh has its origin in the
-  neck. For that variant take (-0.150, -0.025, 0.285) m: the centroid of the narrowest section between body and head
-  (a plane tilted by 50 to 60 degrees from the vertical about y; 0.023 m2).
+- Source: `{bunny_member}` in the PyPI wheel `{bunny_package}` {bunny_version}, sha256 of the file
+  `{bunny_sha256}`; it is the reduced reconstruction of the Stanford 3D Scanning Repository
+  (Stanford Computer Graphics Laboratory, 1996).
+- Licence: the wheel is under the BSD 3-clause licence; the scan itself is under the terms of the
+  Stanford 3D Scanning Repository: free for research, with acknowledgement of the Stanford
+  Computer Graphics Laboratory as the source, and not for commercial products without permission.
+- Changed: turned from y up to z up; scaled by {bunny_scale:.5f} to 0.5 m of height; triangles
+  folded onto themselves removed; the holes of the scan, all on the underside, closed by fans;
+  remeshed over a {spacing:.0f} mm grid of signed distance and decimated, since the reconstruction
+  is not a manifold; origin put on the floor below the volume centroid. The scan's vertices are
+  {bunny_rms:.2f} mm (root mean square), at most {bunny_max:.2f} mm from the result.
+- The scan's own origin is at {bunny_origin} m: below the floor, outside the body. The paper's
+  mesh has its origin in the neck. For that variant take (-0.150, -0.025, 0.285) m: the centroid
+  of the narrowest section between body and head (a plane tilted by 50 to 60 degrees from the
+  vertical about y; 0.023 m2).
 
 ## Utah teapot
 
 {teapot}
-- Source: `{teapot_member}` in the PyPI wheel `{teapot_package}` {teapot_version}, sha256 of the file `{teapot_sha256}`;
-  after Martin Newell's teapot (University of Utah, 1975).
+- Source: `{teapot_member}` in the PyPI wheel `{teapot_package}` {teapot_version}, sha256 of the
+  file `{teapot_sha256}`; after Martin Newell's teapot (University of Utah, 1975).
 - Licence: BSD 3-clause, as Panda3D's.
-- Changed: turned from y up to z up; scaled by {teapot_scale:.5f} to 0.45 m from handle to spout; facets rounded (Phong
-  tessellation with the corners' mean normals); openings capped (below the lid, at the spout's and the handle's ends) and
-  the spout's mouth filled, so that the teapot is solid; parts united and remeshed over a {spacing:.0f} mm grid of signed
-  distance, and decimated. What lies inside the solid is gone.
-- The model's own origin, the middle of its base, is at {teapot_origin} m. The handle is at negative x.
+- Changed: turned from y up to z up; scaled by {teapot_scale:.5f} to 0.45 m from handle to spout;
+  facets rounded (Phong tessellation with the corners' mean normals); openings capped (below the
+  lid, at the spout's and the handle's ends) and the spout's mouth filled, so that the teapot is
+  solid; parts united and remeshed over a {spacing:.0f} mm grid of signed distance, and decimated.
+  What lies inside the solid is gone.
+- The model's own origin, the middle of its base, is at {teapot_origin} m. The handle is at
+  negative x.
 
 ## Hollow triangle
 
 {triangle}
-- Generated: an equilateral triangle of circumradius 0.42 m with a triangular hole that leaves beams 0.1 m wide, 0.06 m
-  high, one corner on the positive x axis. Volume 3 sqrt(3)/4 (0.42^2 - 0.22^2) 0.06 m3.
+- Generated: an equilateral triangle of circumradius 0.42 m with a triangular hole that leaves
+  beams 0.1 m wide, 0.06 m high, one corner on the positive x axis. Volume 3 sqrt(3)/4 (0.42^2 -
+  0.22^2) 0.06 m3.
 
 ## Ridged parcel
 
 {parcel}
-- Generated: a parcel of 0.68 x 0.61 x 0.28 m; the middle 0.3 m of its top face is covered by five flaps that overlap like
-  shingles, each rising along x over 0.06 m to 0.02 m and falling off at once. Volume 0.68 0.61 0.28 + 5 (0.06 0.02 / 2) 0.61 m3.
+- Generated: a parcel of 0.68 x 0.61 x 0.28 m; the middle 0.3 m of its top face is covered by five
+  flaps that overlap like shingles, each rising along x over 0.06 m to 0.02 m and falling off at
+  once. Volume 0.68 0.61 0.28 + 5 (0.06 0.02 / 2) 0.61 m3.
 """
 
 

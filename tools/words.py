@@ -64,12 +64,12 @@ def messages(tree: ast.Module) -> Iterator[tuple[int, str]]:
 def helps() -> Iterator[str]:
     """Yield the help of the command line and of each command."""
     sys.path.insert(0, str(ROOT))
-    from drake_aerial.cli import VERBS, main
+    from drake_aerial.cli import COMMANDS, main
 
-    for verb in ("", *(module.__name__.rpartition(".")[2] for module in VERBS)):
+    for command in ("", *(module.__name__.rpartition(".")[2] for module in COMMANDS)):
         out = io.StringIO()
         with contextlib.redirect_stdout(out), contextlib.suppress(SystemExit):
-            main([verb, "--help"] if verb else ["--help"])
+            main([command, "--help"] if command else ["--help"])
         yield out.getvalue()
 
 

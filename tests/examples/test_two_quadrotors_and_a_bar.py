@@ -1,4 +1,4 @@
-"""The example of a Drake user's own controller: it is short, and the bar ends where statics has it."""
+"""The example of an own controller is short, and the bar ends where statics predicts."""
 
 import os
 import runpy
@@ -19,7 +19,8 @@ def test_it_is_under_forty_lines_of_code():
 
 def test_the_bar_ends_where_the_springs_hold_the_weight():
     state = runpy.run_path(str(EXAMPLE))["main"]()
-    # Each quadrotor carries itself, its cable's link and half of bar and grippers; what 3.9 N lack its spring of 6 N/m gives.
+    # Each quadrotor carries itself, its cable's link and half of bar and grippers. The thrust is
+    # 3.9 N; the spring of 6 N/m supplies the rest.
     weight = 9.81 * (0.25 + 2e-4 + (0.3 + 2 * 0.002) / 2)
     height = 2.0 - (weight - 3.9) / 6.0 - 0.5 - 0.03
     assert state[4:7] == pytest.approx([0.0, 0.0, height], abs=2e-3)

@@ -41,7 +41,7 @@ def bounded():
 
 
 def ends_well(function, *arguments, **keywords):
-    """Return the result, or None where the package refused the input on purpose and said why; let anything else through."""
+    """Return the result, or None if the package refused the input with a reason."""
     refusal = None
     with bounded():
         try:
@@ -54,7 +54,7 @@ def ends_well(function, *arguments, **keywords):
 
 
 def fuzzed(check, *strategies, short, long):
-    """Return two tests of `check`: with `short` inputs, the same each time, and with `long` ones, under the marker `fuzz`."""
+    """Return two tests of `check`: on `short` inputs, and marked `fuzz` on `long` inputs."""
 
     def make(count):
         common = {

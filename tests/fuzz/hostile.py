@@ -44,7 +44,7 @@ VALUES = st.recursive(
 
 @st.composite
 def points(draw):
-    """Clouds (N, 3) of at most some hundred points, of every shape, unit and degree of brokenness."""
+    """Clouds (N, 3) of at most 700 points, of many shapes and units, valid and broken."""
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     shape, count = draw(st.sampled_from(SHAPES)), draw(st.integers(1, 700))
     if shape == "box":
@@ -96,7 +96,8 @@ def ply(p, *, binary, faces=()):
 def pcd(p, *, binary):
     head = (
         "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n"
-        f"WIDTH {len(p)}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {len(p)}\nDATA {'binary' if binary else 'ascii'}\n"
+        f"WIDTH {len(p)}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {len(p)}\n"
+        f"DATA {'binary' if binary else 'ascii'}\n"
     )
     with np.errstate(all="ignore"):
         body = (

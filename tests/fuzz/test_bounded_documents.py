@@ -129,7 +129,8 @@ def _skill(folder):
 def test_honest_aliases_and_merges_are_read(tmp_path):
     path = tmp_path / "station.yaml"
     path.write_text(
-        "quadrotor: [&strong {mass: 0.5}, *strong, {<<: *strong, mass: 0.4}]\ncable: {length: 0.7}\n"
+        "quadrotor: [&strong {mass: 0.5}, *strong, {<<: *strong, mass: 0.4}]\n"
+        "cable: {length: 0.7}\n"
     )
     masses = [q.mass for q in read_parameters("station", path).quadrotors(3)]
     assert masses == [0.5, 0.5, 0.4]

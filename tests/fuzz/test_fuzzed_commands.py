@@ -1,4 +1,7 @@
-"""Command lines of good and hostile words: an exit code, one line where it is 2, no traceback, nothing half-written."""
+"""Command lines of valid and hostile words.
+
+Every command ends with an exit code, prints one line if the code is 2, no traceback, and leaves no
+partial file."""
 
 import contextlib
 import io
@@ -19,7 +22,7 @@ from tests.fuzz.hostile import bomb
 
 @pytest.fixture(scope="module")
 def world():
-    """A folder with one good file of each kind and some bad ones; what is written goes beside it."""
+    """A folder with one good file of each kind and some bad ones."""
     return make_world()
 
 

@@ -1,4 +1,4 @@
-"""Files of every kind, damaged in every way: a result, or one InputError, in bounded time and memory."""
+"""Damaged files of every kind: a result or one InputError, in bounded time and memory."""
 
 import json
 import tempfile
@@ -190,7 +190,7 @@ def test_damaged_skills_many(skill):
 
 
 def _skills(good, count):
-    """Bytes flipped, cut and zeroed anywhere in a good archive; a checksum guards most of it, so the arrays are changed as well."""
+    """Check archives with flipped and cut bytes, and with valid checksums but changed arrays."""
     import io
 
     rng = np.random.default_rng(0)

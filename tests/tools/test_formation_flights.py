@@ -1,4 +1,4 @@
-"""The bench of formations' flights: its verdicts, on figures made up for the purpose, and its rows."""
+"""The bench of formation flights: its verdicts on made-up figures, and its rows."""
 
 import sys
 from pathlib import Path

@@ -38,10 +38,8 @@ def test_shipped_meshes_enclose_a_volume_and_stand_on_the_floor(name):
 @pytest.mark.parametrize("name", ["bunny", "teapot", "hollow_triangle", "ridged_parcel"])
 def test_provenance_names_the_file_as_it_is(name):
     text = (MESHES / "PROVENANCE.md").read_text()
-    assert (
-        f"`{name}.obj`: sha256 `{hashlib.sha256((MESHES / f'{name}.obj').read_bytes()).hexdigest()}`"
-        in text
-    )
+    digest = hashlib.sha256((MESHES / f"{name}.obj").read_bytes()).hexdigest()
+    assert f"`{name}.obj`: sha256 `{digest}`" in text
 
 
 def test_sizes_are_those_of_the_study():
@@ -61,7 +59,7 @@ def test_up_is_up():
 
 def test_hollow_triangle_is_exact(tool):
     for mesh in (tool.hollow_triangle(), shipped("hollow_triangle")):
-        # An equilateral triangle of circumradius R has area 3 sqrt(3)/4 R^2; the hole's R is 2 beams smaller.
+        # Area for circumradius R: 3 sqrt(3)/4 R^2; the hole's R is 2 beams smaller.
         expected = 3 * np.sqrt(3) / 4 * (0.42**2 - 0.22**2) * 0.06
         np.testing.assert_allclose(mesh.volume, expected, rtol=1e-4)
         np.testing.assert_allclose(mesh.center_mass, [0, 0, 0.03], atol=1e-5)

@@ -1,18 +1,21 @@
 #!/usr/bin/env python3
-"""Features of clouds: seconds, exactness and memory, beside libigl, PyMeshLab and Open3D, and up to two million points.
+"""Features of point clouds: time, accuracy and memory, also of libigl, PyMeshLab and Open3D.
 
-`target`: a scan of 100,000 points of a box, with features as users get them (one per voxel of 7.5 mm) and with one at every point (50
-neighbours each), by one core and by all.
+`target`: a scan of 100,000 points of a box. Features are computed with the defaults (one per voxel
+of 7.5 mm) and at every point (50 neighbours each), with one core and with all.
 
-`peers`: clouds of 100,000 points on a sphere, a cylinder and a torus, exact and with 0.5 mm of noise. libigl and MeshLab need a mesh for
-curvatures: they are given the triangles of the same points, which we do not use; MeshLab and Open3D also have normals of a bare cloud. Every
-neighbourhood is one of some 50 points (libigl: four rings, 60; MeshLab's quadric: its own, one ring). Errors are of the larger curvature's
-size, and in degrees for normals, in the middle and at the 95th percentile; a cylinder's ends do not count.
+`peers`: clouds of 100,000 points on a sphere, a cylinder and a torus, exact and with 0.5 mm of
+noise. For curvatures, libigl and MeshLab get a mesh of the same points, which our features do not
+use. MeshLab and Open3D also compute normals of the bare cloud. All neighbourhoods have about 50
+points (libigl: four rings, 60 points; MeshLab's quadric: one ring). Curvature errors are relative
+to the larger curvature, normal errors are in degrees; both are given as median and 95th
+percentile. The ends of the cylinder do not count.
 
-`growth`: 10,000 to 2,000,000 points on one box, each with its own feature, rho falling so that each has 50 neighbours.
+`growth`: 10,000 to 2,000,000 points on one box, with features at every point. rho falls so that
+each point has 50 neighbours.
 
-    tools/run python tools/bench/clouds.py                      all three; peers are installed into a throw-away environment
-    tools/run python tools/bench/clouds.py --parts target       one of them
+    tools/run python tools/bench/clouds.py                  all; installs peers in a temporary venv
+    tools/run python tools/bench/clouds.py --parts target   one part
 """
 
 from __future__ import annotations
@@ -42,7 +45,7 @@ Answer = tuple[np.ndarray | None, np.ndarray | None]
 
 
 def box(count: int, noise: float, rng: np.random.Generator) -> np.ndarray:
-    """Return points (N, 3) drawn uniformly from a box's faces, with noise of that standard deviation [m]."""
+    """Return points (N, 3) drawn uniformly from a box's faces; `noise` is in m."""
     sides = [(axis, sign) for axis in range(3) for sign in (-0.5, 0.5)]
     area = np.array([np.prod(np.delete(SIZE, axis)) for axis, _ in sides])
     face = rng.choice(6, count, p=area / area.sum())
@@ -53,11 +56,12 @@ def box(count: int, noise: float, rng: np.random.Generator) -> np.ndarray:
 
 
 def radius_of(area: float, count: int) -> float:
-    """Return the radius [m] of a ball with some 50 of `count` points on a surface of that area [m^2]."""
+    """Return the radius [m] of balls that hold about 50 of `count` points on `area` [m^2]."""
     return float(np.sqrt(NEIGHBOURS * area / (np.pi * count)))
 
 
-# Surfaces: points, triangles, unit normals, curvatures (larger first, convex positive), where they count, area.
+# A surface is a tuple: points, triangles, unit normals, curvatures (larger first, convex positive),
+# mask of the points that count, area.
 
 
 def sphere(count: int, rng: np.random.Generator) -> Surface:
@@ -147,7 +151,7 @@ SURFACES = {"sphere": sphere, "cylinder": cylinder, "torus": torus}
 
 
 def ours(points: np.ndarray, faces: Faces, radius: float) -> Answer:
-    """Our features, one at every point: normals, their outward sign, curvatures, frames and rims, of the bare cloud."""
+    """Our features at every point of the bare cloud: oriented normals, curvatures, frames, rims."""
     from drake_aerial import PointCloud, compute_features
     from drake_aerial.features.surface_features import FeatureParameters
 
@@ -216,7 +220,7 @@ def meshlab_scaled(points: np.ndarray, faces: Faces, radius: float) -> Answer:
 
 
 def meshlab_curvature(points: np.ndarray, faces: Faces, **options: object) -> np.ndarray:
-    """Return MeshLab's curvatures. It gives one figure a run: two runs, of which `measure` counts half."""
+    """Return MeshLab's curvatures by two runs, one per curvature; `measure` halves the time."""
     import pymeshlab
 
     meshes, found = pymeshlab.MeshSet(), []
@@ -245,7 +249,7 @@ SLOW = ("open3d_oriented", "libigl", "meshlab_scaled")
 
 
 def measure(name: str, path: Path) -> dict[str, float]:
-    """Compute in this process what one contestant makes of a file, three times, the slow ones once; return the best seconds, and MB."""
+    """Run one contestant on a file, three times if it is fast; return best times and MB."""
     data = np.load(path)
     points, faces, radius = data["points"], data["faces"], float(data["radius"])
     compute = default if name == "default" else CONTESTANTS[name][1]
@@ -305,13 +309,14 @@ def target(folder: Path) -> None:
         for cores in (1, 2):
             result = in_process(Path(sys.executable), name, folder / "cloud.npz", cores)
             print(
-                f"{label:<36}{cores:>6}{result['number']:>9}{result['first']:>14.3f}{result['wall']:>8.3f}{result['cpu']:>8.3f}",
+                f"{label:<36}{cores:>6}{result['number']:>9}{result['first']:>14.3f}"
+                f"{result['wall']:>8.3f}{result['cpu']:>8.3f}",
                 flush=True,
             )
 
 
 def errors(answer: dict[str, np.ndarray], surface: Surface) -> str:
-    """Return errors of normals [deg] and curvatures [per cent of the larger one], at the median and the 95th percentile."""
+    """Return median and 95th percentile of the errors of normals [deg] and curvatures [%]."""
     _, _, normals, kappa, counts, _ = surface
     text = []
     if "normals" in answer:
@@ -342,7 +347,8 @@ def peers(folder: Path, surfaces: list[str], python: Path | None) -> None:
         subprocess.run([str(python), "-m", "pip", "install", "--quiet", *PACKAGES], check=True)
     print(f"\nPeers, {POINTS:,} points; the best of three calls, of the slow ones one, all cores")
     print(
-        f"{'':<44}{'wall s':>8}{'CPU s':>8}{'normals deg: 50, 95 %':>22}{'inwards %':>10}{'curvature %: 50, 95 %':>23}"
+        f"{'':<44}{'wall s':>8}{'CPU s':>8}{'normals deg: 50, 95 %':>22}"
+        f"{'inwards %':>10}{'curvature %: 50, 95 %':>23}"
     )
     for name in surfaces:
         make = SURFACES[name]
@@ -369,10 +375,12 @@ def growth(folder: Path) -> None:
     """Print how time and memory grow with the number of points."""
     area = 2.0 * (SIZE[0] * SIZE[1] + SIZE[0] * SIZE[2] + SIZE[1] * SIZE[2])
     print(
-        f"\nGrowth: every point its own feature, {NEIGHBOURS} neighbours each; the best of three calls, above 300,000 one; two cores"
+        f"\nGrowth: features at every point, {NEIGHBOURS} neighbours each, two cores; "
+        "best of three calls, above 300,000 points one call"
     )
     print(
-        f"{'points':>10}{'wall s':>9}{'CPU s':>9}{'CPU ns / (n log2 n)':>21}{'peak MB more':>14}{'bytes a point':>15}"
+        f"{'points':>10}{'wall s':>9}{'CPU s':>9}{'CPU ns / (n log2 n)':>21}"
+        f"{'peak MB more':>14}{'bytes a point':>15}"
     )
     for count in SIZES:
         rng = np.random.default_rng(3)
@@ -384,7 +392,8 @@ def growth(folder: Path) -> None:
         result = in_process(Path(sys.executable), "ours", folder / "cloud.npz", cores=2)
         more = result["after"] - result["before"]
         print(
-            f"{count:>10,}{result['wall']:>9.2f}{result['cpu']:>9.2f}{1e9 * result['cpu'] / (count * np.log2(count)):>21.1f}"
+            f"{count:>10,}{result['wall']:>9.2f}{result['cpu']:>9.2f}"
+            f"{1e9 * result['cpu'] / (count * np.log2(count)):>21.1f}"
             f"{more:>14.0f}{more * 2**20 / count:>15.0f}",
             flush=True,
         )

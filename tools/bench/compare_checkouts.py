@@ -45,7 +45,12 @@ defaults: {points: 6000, flight_noise: 0.01}
 conditions:
   - {name: A, demonstration: flat, payload: box_68x61x28, view: top}
 flights:
-  - {conditions: [A], methods: [task, kopicki], beliefs: [below_contact], inertias: [table], solutions: 2, trials: 2}
+  - conditions: [A]
+    methods: [task, kopicki]
+    beliefs: [below_contact]
+    inertias: [table]
+    solutions: 2
+    trials: 2
 """
 # Of a document, what tells nothing of the result.
 LEFT_OUT = ("timing", "date", "package_version", "version", "written", "python", "versions")

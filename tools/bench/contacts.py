@@ -1,11 +1,13 @@
-"""Where transferred contacts land: one table over fresh seeds, all arms beside each other.
+"""Table of transferred contacts: distance from the right place, by method and object.
 
-    python tools/bench/contacts.py [--rows ROW ...] [--seeds 100-109] [--scale auto] [--json FILE] [--pictures DIR]
+    python tools/bench/contacts.py [--rows ROW ...] [--seeds 100-109] [--scale auto]
+                                   [--json FILE] [--pictures DIR]
 
-One number per seed and arm: the median, over the best five solutions, of the distance from the right place [cm].
-A seed drives the scan (surface samples, noise, yaw, place) and the transfer. Arms: `task`, its matched control
-(`control`: no votes, everything else equal), `paper`, `kopicki`, `centroid`. Seeds 0 to 9 chose the defaults; the
-table's, 100 to 109, chose nothing. Rows with several grippers have columns of their own: see formation_rows.py.
+One number per seed and arm: the distance from the right place [cm], as median over the best five
+solutions. A seed draws the scan (surface samples, noise, yaw, place) and the transfer. Arms:
+`task`, its matched control (`control`: no votes, everything else equal), `paper`, `kopicki`,
+`centroid`. The defaults were chosen on seeds 0 to 9; the table uses seeds 100 to 109, which were
+not used for that. Rows with several grippers have other columns: see formation_rows.py.
 """
 
 from __future__ import annotations
@@ -55,7 +57,7 @@ def box_skill(site: tuple[float, float] = (0.0, 0.0), view: str = "full") -> Con
 
 
 def sites_by_ratio(site: tuple[float, float], size: tuple[float, float, float]) -> np.ndarray:
-    """Return the places (M, 3) on a box's top that correspond to `site` on the taught one's, with mirror images."""
+    """Return the places (M, 3) on a box that correspond to `site`, with mirror images [m]."""
     ratio = np.array(site) / np.array(TAUGHT[:2])
     layouts = [ratio]
     if size[0] == size[1]:
@@ -239,7 +241,7 @@ def measure(row: Row, seed: int, method: str, scale: str) -> float:
 
 
 def draw(row: Row, seeds: list[int], scale: str, folder: Path) -> None:
-    """Draw where every seed's best contact lands, from above and from the side, beside the demonstration."""
+    """Draw the best contact of every seed, from above and from the side, and the demonstration."""
     import matplotlib
 
     matplotlib.use("Agg")

@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
-"""Slow motors with and without lead, and wind, wrong masses and wrong centres of mass with and without the MPC's observer.
+"""Motor lag with and without lead, and disturbances with and without the observer.
 
-Box 68x61x28, MPC, one seed per row. Rows "circle" are flights from the ground as in tools/bench/flight.py, with 1 cm of noise on the measured
-position; rows "hover" hover for 15 s from where the payload hangs, without noise, and their error is that of the last 3 s.
+The MPC flies the box 68x61x28, one seed per row. Disturbances are wind, wrong masses and wrong
+centres of mass. Rows "circle" are flights from the ground as in tools/bench/flight.py, with 1 cm of
+noise on the measured position. Rows "hover" hover for 15 s from the hanging payload, without noise;
+their error is that of the last 3 s.
 
-    tools/run python tools/bench/disturbances.py                    everything (some 7 minutes)
-    tools/run python tools/bench/disturbances.py --rows lag         motors alone
+    tools/run python tools/bench/disturbances.py                 everything (about 7 minutes)
+    tools/run python tools/bench/disturbances.py --rows lag      motors only
 """
 
 from __future__ import annotations
@@ -23,7 +25,7 @@ from drake_aerial.plant.wind import WindParameters
 from drake_aerial.references.trajectory import HoverTrajectory
 from drake_aerial.simulation.flight import Flight
 from drake_aerial.simulation.flight_options import FlightOptions
-from drake_aerial.simulation.station import StationParameters
+from drake_aerial.simulation.station_parameters import StationParameters
 from drake_aerial.simulation.suspended_payload import SuspendedPayload
 
 LAGS = (0.0, 0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.07, 0.08)

@@ -1,19 +1,21 @@
 #!/usr/bin/env python3
-"""What a newcomer waits for beyond the work itself: the first run after installation, nothing cached.
+"""Warm-up of the first run after installation, with nothing cached.
 
-The package and its models are copied to a throw-away folder without bytecode, HOME is empty (fonts, browser-less pages and whatever else
-keeps a cache there), and the installed dependencies are as pip leaves them. In that copy: a Python process that learns, transfers and flies;
-the verbs learn, transfer, fly and view one after another, as one types them; and demo; each group in a fresh copy. Every process does its job
-twice, and what it waits for is
+The package and its models are copied to a temporary folder without bytecode, and HOME is empty
+(no caches of fonts or pages). The installed dependencies are as pip leaves them. Three groups
+run, each in a fresh copy: a Python process that learns, transfers and flies; the commands learn,
+transfer, fly and view one after another; and the command demo. Every process does its job twice.
+The table shows
 
-    warm-up = start of Python + first call - second call     (imports, bytecode, fonts, anything compiled or generated)
+    warm-up = start of Python + first call - second call     (imports, bytecode, fonts, compilation)
 
-`imports` is the part that Python itself counts as imports (-X importtime, wall). `next time` is the warm-up of the same process once more, with
-what the first left behind. The flight is a second of hover, so that the difference of two flights is not lost in their scatter. Files are in the
-machine's page cache: a disk's own time is not measured.
+`imports` is the part that Python counts as imports (-X importtime, wall). `next time` is the
+warm-up of the same process run once more, with the caches of the first. The flight is 1 s of
+hover, so that the scatter of flights does not hide the difference. Files are in the machine's
+page cache: time of the disk is not measured.
 
     tools/run python tools/bench/first_run.py                 everything
-    tools/run python tools/bench/first_run.py --only python   some of: python, verbs, demo
+    tools/run python tools/bench/first_run.py --only python   one of: python, commands, demo
 """
 
 from __future__ import annotations
@@ -34,7 +36,7 @@ from pathlib import Path
 
 WANTED = 5.0
 HOVER = "kind: hover\nhover_time: 1.0\n"
-VERBS = {
+COMMANDS = {
     "learn": ["learn", "flat", "--out", "skill.npz"],
     "transfer": [
         "transfer",
@@ -62,7 +64,7 @@ VERBS = {
 
 @dataclass
 class Waits:
-    """What one process waited for, in seconds, each (wall, CPU): its start, its first calls and its second calls."""
+    """Seconds (wall, CPU) of one process: its start, its first calls and its second calls."""
 
     start: tuple[float, float]
     first: tuple[float, float]
@@ -81,7 +83,7 @@ def clock() -> tuple[float, float]:
 
 
 def timed(job: Callable[[], object]) -> tuple[float, float]:
-    """Return wall and CPU seconds of a call whose words nobody hears."""
+    """Return wall and CPU seconds of a call; discard its output."""
     began = clock()
     with contextlib.redirect_stdout(io.StringIO()):
         job()
@@ -127,7 +129,7 @@ def be_the_newcomer(what: str, started: float) -> None:
 
         # The command line's own imports belong to the start.
         start = time.time() - started, time.process_time()
-        jobs = {what: lambda: command(VERBS[what])}
+        jobs = {what: lambda: command(COMMANDS[what])}
     if not Path(__import__("drake_aerial").__file__).is_relative_to(Path.cwd()):
         raise RuntimeError("the fresh copy was not the one imported")
     first = {name: timed(job) for name, job in jobs.items()}
@@ -140,7 +142,7 @@ def be_the_newcomer(what: str, started: float) -> None:
 
 
 def newcomer(what: str, place: Path) -> Waits:
-    """Return what a process of its own waited for."""
+    """Return the waiting times of a process of its own."""
     keep = ("PATH", "LANG", "LD_LIBRARY_PATH", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
     environment = {key: os.environ[key] for key in keep if key in os.environ}
     environment |= {"HOME": str(place / "home"), "PYTHONPATH": str(place / "installed")}
@@ -200,17 +202,22 @@ def main() -> int:
     parser.add_argument(
         "--only",
         nargs="+",
-        choices=("python", "verbs", "demo"),
-        default=("python", "verbs", "demo"),
+        choices=("python", "commands", "demo"),
+        default=("python", "commands", "demo"),
     )
     parser.add_argument("--newcomer", nargs=2, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.newcomer:
         be_the_newcomer(arguments.newcomer[0], float(arguments.newcomer[1]))
         return 0
-    groups = {"python": ["python"], "verbs": ["learn", "transfer", "fly", "view"], "demo": ["demo"]}
+    groups = {
+        "python": ["python"],
+        "commands": ["learn", "transfer", "fly", "view"],
+        "demo": ["demo"],
+    }
     print(
-        f"{'':<10}{'imports s':>10}{'second call s':>15}{'warm-up s':>11}{'CPU s':>7}{'next time s':>13}{'CPU s':>7}"
+        f"{'':<10}{'imports s':>10}{'second call s':>15}{'warm-up s':>11}{'CPU s':>7}"
+        f"{'next time s':>13}{'CPU s':>7}"
     )
     missed = []
     with tempfile.TemporaryDirectory() as folder:
@@ -227,8 +234,8 @@ def main() -> int:
                 wall, cpu = waits.warm_up
                 later = again[what].warm_up
                 print(
-                    f"{what:<10}{waits.imports:>10.2f}{waits.second[0]:>15.2f}{wall:>11.2f}{cpu:>7.2f}"
-                    f"{later[0]:>13.2f}{later[1]:>7.2f}",
+                    f"{what:<10}{waits.imports:>10.2f}{waits.second[0]:>15.2f}"
+                    f"{wall:>11.2f}{cpu:>7.2f}{later[0]:>13.2f}{later[1]:>7.2f}",
                     flush=True,
                 )
             if name == "python":

@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
-"""Flight tables: one quadrotor on the box 68x61x28 (tracking, beliefs against offsets, timings), then formations.
+"""Flight tables: tracking, beliefs and timings of one quadrotor, then of formations.
 
-Every row of one quadrotor is a number of flights from the ground (lift, approach, two turns of a 1 m circle in 12 s, 5 s of hover) with 1 cm of noise on the
-measured payload position, and differs between seeds in that noise alone. RMSE is of the tracked point L, over circle and hover and over the
-circle alone; of the flights that were completed, with all outcomes beside it.
+One quadrotor carries the box 68x61x28. Each row flies from the ground: lift, approach, two turns
+of a 1 m circle in 12 s, 5 s of hover, with 1 cm of noise on the measured payload position. Only
+the noise differs between seeds. The RMSE of the tracked point L is over circle and hover, and
+over the circle alone. It counts completed flights; all outcomes are listed beside it.
 
-    tools/run python tools/bench/flight.py                              everything, 10 seeds (some 40 minutes)
-    tools/run python tools/bench/flight.py --rows centred off_centre    one quadrotor: what must stay below its limits
-    tools/run python tools/bench/flight.py --rows formations            several: the groups of formation_flights.py
+    tools/run python tools/bench/flight.py                      all, 10 seeds (about 40 minutes)
+    tools/run python tools/bench/flight.py --rows centred off_centre   rows with limits
+    tools/run python tools/bench/flight.py --rows formations    rows of formation_flights.py
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from drake_aerial.choices import BELIEFS, CONTROLLERS
 from drake_aerial.plant.payload import Payload
 from drake_aerial.simulation.flight import Flight
 from drake_aerial.simulation.flight_options import FlightOptions
-from drake_aerial.simulation.station import StationParameters
+from drake_aerial.simulation.station_parameters import StationParameters
 from drake_aerial.simulation.suspended_payload import SuspendedPayload
 
 OFFSETS = (0.0, 0.02, 0.05, 0.10, 0.15, 0.20)
@@ -57,7 +58,8 @@ def main() -> int:
         and row[2] in arguments.beliefs
     ]
     print(
-        f"seeds {seeds.start}..{seeds.stop - 1}, noise {100 * arguments.noise:g} cm, cable {arguments.cable}\n"
+        f"seeds {seeds.start}..{seeds.stop - 1}, noise {100 * arguments.noise:g} cm, "
+        f"cable {arguments.cable}\n"
     )
     failed = fly_one(rows, seeds, arguments) if rows else False
     groups = [
@@ -68,7 +70,7 @@ def main() -> int:
 
 
 def fly_several(groups: list[str], seeds: range) -> bool:
-    """Fly rows of formations, print them and what they must show; return whether a target is missed."""
+    """Fly rows of formations, print rows and targets; return whether a target is missed."""
     print(formation_flights.HEADER)
     flown = {}
     for row, figures in formation_flights.fly_formations(groups, seeds):
@@ -85,8 +87,10 @@ def fly_one(
     """Fly rows of one quadrotor and print them; return whether a limit is missed."""
     known: dict[tuple[str, str, float], dict[str, Any]] = {}
     print(
-        f"{'group':<11}{'controller':<14}{'belief':<15}{'offset':>7} | {'RMSE cm: mean':>13} {'min':>6} {'max':>6} | {'circle':>6} {'max':>6}"
-        f" | {'tilt deg: mean':>14} {'max':>6} | {'outcomes':<26} | {'ms/step':>7} {'p99':>6} {'s/CPU s':>7}"
+        f"{'group':<11}{'controller':<14}{'belief':<15}{'offset':>7} | "
+        f"{'RMSE cm: mean':>13} {'min':>6} {'max':>6} | {'circle':>6} {'max':>6} | "
+        f"{'tilt deg: mean':>14} {'max':>6} | {'outcomes':<26} | "
+        f"{'ms/step':>7} {'p99':>6} {'s/CPU s':>7}"
     )
     failed = False
     for group, controller, belief, offset in rows:
@@ -97,7 +101,8 @@ def fly_one(
         verdict = judge(key, row) if group != "beliefs" else ""
         failed |= "OVER" in verdict
         print(
-            f"{group:<11}{controller:<14}{belief:<15}{100 * offset:>4.0f} cm | {show(row)} {verdict}",
+            f"{group:<11}{controller:<14}{belief:<15}{100 * offset:>4.0f} cm | "
+            f"{show(row)} {verdict}",
             flush=True,
         )
     timed = [row for (controller, _, _), row in known.items() if controller == "mpc"]
@@ -152,10 +157,12 @@ def show(row: dict[str, Any]) -> str:
     outcomes = ", ".join(f"{count} {name}" for name, count in sorted(row["outcomes"].items()))
     end = f"{outcomes:<26} | {row['step_ms']:7.2f} {row['step_p99_ms']:6.2f} {row['speed']:7.2f}"
     if not row["rmse_cm"]:
-        return f"{'-':>13} {'-':>6} {'-':>6} | {'-':>6} {'-':>6} | {'-':>14} {'-':>6} | {end}  ({'; '.join(row['reasons'])})"
+        blank = f"{'-':>13} {'-':>6} {'-':>6} | {'-':>6} {'-':>6} | {'-':>14} {'-':>6}"
+        return f"{blank} | {end}  ({'; '.join(row['reasons'])})"
     rmse, circle = np.array(row["rmse_cm"]), np.array(row["circle_cm"])
     return (
-        f"{rmse.mean():13.2f} {rmse.min():6.2f} {rmse.max():6.2f} | {circle.mean():6.2f} {circle.max():6.2f} | "
+        f"{rmse.mean():13.2f} {rmse.min():6.2f} {rmse.max():6.2f} | "
+        f"{circle.mean():6.2f} {circle.max():6.2f} | "
         f"{np.mean(row['tilt_mean_deg']):14.1f} {np.max(row['tilt_max_deg']):6.1f} | {end}"
     )
 

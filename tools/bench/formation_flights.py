@@ -1,7 +1,7 @@
-"""Flights of several quadrotors: what the flight of formations must show, and how it copes with what it does not expect.
+"""Flights of several quadrotors: the rows that flight.py prints, and their targets.
 
-`tools/bench/flight.py` prints these rows. The geometric laws see the exact state and fly alike from any seed; the MPC's
-flights differ between seeds in 1 cm of noise on the measured payload position, and in the turbulence.
+The geometric laws measure the exact state, so all their seeds fly alike. Flights by the MPC differ
+between seeds in the turbulence and in 1 cm of noise on the measured payload position.
 """
 
 from __future__ import annotations
@@ -36,7 +36,8 @@ AIRBORNE = TransportTrajectory.airborne()
 CONSTANT = TransportTrajectory.airborne(timing="constant", hover_time=2.0)
 # Steps that both kinds of cable allow.
 EXACT = StationParameters(noise=0.0, perception_period=0.01, time_step=0.002)
-# There force and moments are held for 10 ms. The hold comes two steps after the sensor, so steps are short.
+# In the published run, force and moments are held for 10 ms. The hold comes two steps after the
+# sensor, so steps are short.
 PUBLISHED = replace(
     EXACT, attitude_period=0.01, time_step=0.0005, gripper=GripperParameters(mass=1e-6)
 )
@@ -50,13 +51,13 @@ def hang(payload: Payload, contacts: ArrayLike) -> SuspendedPayload:
 
 
 def plate() -> SuspendedPayload:
-    """Three grippers as in the published run, 11 mm above the centre of a payload with the table's mass and inertia."""
+    """Three grippers as in the published run, 11 mm above the centre of the table's payload."""
     contacts = [[-0.154, -0.267, 0.011], [0.308, 0.0, 0.011], [-0.154, 0.267, 0.011]]
     return hang(Payload.from_box([0.68, 0.61, 0.022], inertia=TABLE_INERTIA), contacts)
 
 
 def box(n: int) -> SuspendedPayload:
-    """The box 68x61x28 with n grippers evenly on a circle about the middle of its top; two on its long axis."""
+    """The box 68x61x28 with n grippers evenly spaced on a circle on its top."""
     angles = 2.0 * np.pi * (np.arange(n) + 0.5 * (n == 4)) / n
     top = np.column_stack([0.29 * np.cos(angles), 0.29 * np.sin(angles), np.full(n, 0.14)])
     return hang(Payload.read("box_68x61x28"), top)
@@ -214,8 +215,9 @@ TARGETS = [
 ]
 
 HEADER = (
-    f"{'group':<13}{'flight':<30} | {'circle cm':>9} {'max':>6} | {'hover':>6} {'max':>6} | {'peak':>6} | "
-    f"{'attitude deg':>12} {'of it swing':>11} | {'slack %':>7} | {'outcomes':<14} | {'ms/step':>7} {'s/CPU s':>7}"
+    f"{'group':<13}{'flight':<30} | {'circle cm':>9} {'max':>6} | {'hover':>6} {'max':>6} | "
+    f"{'peak':>6} | {'attitude deg':>12} {'of it swing':>11} | {'slack %':>7} | "
+    f"{'outcomes':<14} | {'ms/step':>7} {'s/CPU s':>7}"
 )
 
 
@@ -227,7 +229,7 @@ def fly_formations(groups: list[str], seeds: range) -> Iterator[tuple[Row, dict[
 
 
 def fly_row(row: Row, seeds: range) -> dict[str, Any]:
-    """Return the figures of a row, arrays over its completed flights: errors in cm, attitudes in deg."""
+    """Return a row's figures over its completed flights: errors in cm, attitudes in deg."""
     flight = Flight(row.suspension(), row.options)
     trials = [flight.run(seed) for seed in seeds[: row.seeds]]
     done = [t for t in trials if t.outcome == "completed"]
@@ -264,9 +266,10 @@ def error(trial: TrialResult) -> Array:
 
 
 def swing(flight: Flight, trial: TrialResult) -> Array:
-    """Return the angle (T,) [deg] between the payload's attitude and the nearest to level that the cables could hold.
+    """Return the angle (T,) [deg] from the attitude nearest to level that the cables can hold.
 
-    Two cables make no moment about the line through their contacts: the payload hangs below it along the effective gravity.
+    Two cables make no moment about the line through their contacts: below it, the payload hangs
+    along the effective gravity.
     """
     s = trial.series
     start = s["reference_position"][0]
@@ -295,8 +298,9 @@ def show(row: Row, f: dict[str, Any]) -> str:
     )
     if len(f["rmse"]):
         numbers = (
-            f"{f['circle'].mean():9.2f} {f['circle'].max():6.2f} | {f['hover'].mean():6.2f} {f['hover'].max():6.2f} | "
-            f"{f['peak'].max():6.2f} | {f['attitude'].mean():12.2f} {f['swing'].mean():11.2f} | {f['slack'].max():7.2f}"
+            f"{f['circle'].mean():9.2f} {f['circle'].max():6.2f} | "
+            f"{f['hover'].mean():6.2f} {f['hover'].max():6.2f} | {f['peak'].max():6.2f} | "
+            f"{f['attitude'].mean():12.2f} {f['swing'].mean():11.2f} | {f['slack'].max():7.2f}"
         )
     end = f"{outcomes:<14} | {f['step_ms']:7.2f} {f['speed']:7.2f}{reasons}"
     return f"{row.group:<13}{row.label:<30} | {numbers} | {end}"

@@ -1,14 +1,18 @@
-"""Rows of the contact bench with several grippers: where the formation lands, and whether it keeps its layout.
+"""Rows of the contact bench with several grippers: place and layout of the formation.
 
-One number per seed, arm and column, over the best five solutions (medians but for `surface` and `infeasible`):
+One number per seed, arm and column, over the best five solutions. It is the median, except for
+`surface` and `infeasible`:
 
 - centre: horizontal distance of the mean gripper from its right place [cm];
-- layout: RMS distance of the grippers from the ideal layout after the best turn about the vertical and shift [cm];
-  the ideal is scaled with the object, and where no scale is right (a triangle on a box), by the best factor;
-- placed: RMS distance from the ideal layout where it should stand, over the object's own symmetries [cm];
-- surface: largest distance of a gripper of the five from the true surface, not from the scan [mm];
+- layout: RMS distance of the grippers from the ideal layout, turned about the vertical and
+  shifted to fit best [cm]. The ideal is scaled with the object; where no scale is right (a
+  triangle on a box), it is scaled to fit best;
+- placed: RMS distance from the ideal layout at its right place, best over the object's symmetries
+  [cm];
+- surface: largest distance of the five solutions' grippers from the true surface, not the scan
+  [mm];
 - share: smallest part of the weight that a vertical cable carries, about the true centre of mass;
-- infeasible: share of solutions with a reason against them.
+- infeasible: fraction of the solutions that are infeasible.
 
 Equal grippers are interchangeable. Scans have 1 mm noise.
 """
@@ -34,8 +38,8 @@ from drake_aerial.skill.learn import learn
 
 COLUMNS = ("centre", "layout", "placed", "surface", "share", "infeasible")
 NOISE = 0.001
-# What every row should keep: grippers near the surface [mm], of the best five at most one in twenty infeasible, and
-# the formation nearer its place than the matched control's in eight of ten seeds.
+# Limits for every row: distance of grippers from the surface [mm], fraction of infeasible
+# solutions, fraction of seeds in which the formation is nearer its place than the control's.
 SURFACE, INFEASIBLE, CLOSER = 3.0, 0.05, 0.8
 _OVER_SEEDS = {"surface": np.max, "infeasible": np.mean}
 TAUGHT = (0.68, 0.61, 0.28)
@@ -51,7 +55,7 @@ class FormationRow:
     skill: Callable[[], ContactSkill]
     scan: Callable[[np.random.Generator], tuple[PointCloud, Pose]]
     mesh: Callable
-    """The true surface, centre of mass over the origin; a function that returns a trimesh object."""
+    """A function that returns the true surface (trimesh), its centre of mass over the origin."""
     ideals: np.ndarray
     """Right gripper positions (K, n, 3) in the object's frame, one entry per symmetry [m]."""
     free_scale: bool = False
@@ -59,7 +63,7 @@ class FormationRow:
     oriented: bool = True
     """Whether the ideals say which way the formation faces; if not, `placed` is left out."""
     levelled: bool = True
-    """Whether the ideals say at which height each gripper stands; if not, the layout is compared from above."""
+    """Whether the ideals include each gripper's height; if not, layouts are compared from above."""
     arms: tuple[str, ...] = ("task", "control", "paper", "kopicki", "centroid")
     limits: dict[str, float] = field(default_factory=dict)
     """What `task` should keep, by column: a most for the median over seeds, for `share` a least."""
@@ -122,7 +126,8 @@ class FormationRow:
         if "control" in self.results:
             closer = np.array(task["centre"]) < np.array(self.results["control"]["centre"])
             lines.append(
-                f"closer than control {closer.sum()}/{len(closer)} {_verdict(closer.mean() >= CLOSER)}"
+                f"closer than control {closer.sum()}/{len(closer)} "
+                f"{_verdict(closer.mean() >= CLOSER)}"
             )
         return lines
 
@@ -144,7 +149,7 @@ def centre_error(p: np.ndarray, ideals: np.ndarray) -> float:
 
 
 def layout_error(p: np.ndarray, ideal: np.ndarray, free_scale: bool) -> float:
-    """Return the RMS distance [m] of grippers p (n, 3) from `ideal` (n, 3), turned and shifted to fit best."""
+    """Return the RMS distance [m] of grippers p (n, 3) from the best fit of `ideal` (n, 3)."""
     offset = p - p.mean(axis=0)
     best = np.inf
     for order in permutations(range(len(p))):
@@ -161,7 +166,7 @@ def layout_error(p: np.ndarray, ideal: np.ndarray, free_scale: bool) -> float:
 
 
 def placed_error(p: np.ndarray, ideals: np.ndarray) -> float:
-    """Return the RMS distance [m] of grippers p (n, 3) from the nearest ideal layout where it stands."""
+    """Return the RMS distance [m] of grippers p (n, 3) from the nearest ideal layout, not moved."""
     return min(
         float(np.sqrt(np.mean(np.sum((p - ideal[list(order)]) ** 2, axis=1))))
         for ideal in ideals
@@ -177,8 +182,10 @@ def surface_distance(p: np.ndarray, mesh) -> float:
 
 
 def smallest_share(p: np.ndarray) -> float:
-    """Return the least part of the weight, its centre over the origin, that vertical cables at p (n, 3) carry: of two
-    or three as the lever rule has it, of more as evenly as can be.
+    """Return the smallest part of the weight that a vertical cable at p (n, 3) carries.
+
+    The centre of mass is over the origin. Two or three cables follow the lever rule; more cables
+    share the weight as evenly as possible.
     """
     from scipy.optimize import linprog
 
@@ -225,7 +232,7 @@ def triangle_query(scale: float):
 
 @cache
 def formation_skill(name: str) -> ContactSkill:
-    """Return the skill of a shipped demonstration, or of the irregular formation on the taught box."""
+    """Return the skill of a shipped demonstration, or of the `irregular` formation."""
     if name != "irregular":
         return learn(Demonstration.read(name))
     cloud = PointCloud.read(box_scan(TAUGHT, np.random.default_rng(12345)))
@@ -233,9 +240,9 @@ def formation_skill(name: str) -> ContactSkill:
 
 
 def irregular_on(size: tuple[float, float, float]) -> np.ndarray:
-    """Return the irregular layouts (K, 3, 3) on a box: the centre in proportion, the layout by the sides' mean ratio.
+    """Return the irregular layouts (K, 3, 3) on a box, one for each turn of the box onto itself.
 
-    The box turned onto itself gives the others.
+    The centre moves in proportion to the sides; the layout is scaled by their mean ratio.
     """
     ratio = np.array(size) / np.array(TAUGHT)
     centre = IRREGULAR.mean(axis=0)

@@ -1,7 +1,8 @@
-"""Rows of the contact bench that look for where formations fail: several levels, partial scans, two to six grippers.
+"""Hard rows of the contact bench: several levels, partial scans, two to six grippers.
 
-The columns are those of formation_rows.py. The right place on an object in another size is the demonstrated one with
-its centre in proportion and its layout scaled by the sides' mean ratio, every gripper on the surface there.
+The columns are those of formation_rows.py. On an object of another size, the centre of the
+demonstrated layout moves in proportion, the layout is scaled by the sides' mean ratio, and every
+gripper stands on the surface.
 """
 
 from __future__ import annotations
@@ -72,8 +73,9 @@ def on_top(mesh, xy: np.ndarray) -> np.ndarray:
 def places(
     mesh, taught: Size, size: Size, parts: np.ndarray, turns: tuple[int, ...] = (0,)
 ) -> np.ndarray:
-    """Return the right gripper positions (K, n, 3) on a mesh of sides `size`, one entry for each of its quarter `turns`
-    onto itself.
+    """Return the right gripper positions (K, n, 3) on a mesh of sides `size`.
+
+    There is one entry for each of `turns`, the quarter turns of the mesh onto itself.
     """
     middle = 0.5 * (mesh.bounds[0] + mesh.bounds[1])[:2]
     ratio = np.array(size[:2]) / np.array(taught[:2])
@@ -87,7 +89,7 @@ def places(
 
 @cache
 def mesh_skill(mesh_of: Callable, taught: tuple, parts: tuple) -> ContactSkill:
-    """Return the skill of grippers at `parts` of a mesh made by `mesh_of(*taught)`, whose first argument is its size."""
+    """Return the skill of grippers at `parts` of `mesh_of(*taught)`; `taught[0]` is its size."""
     mesh = mesh_of(*taught)
     cloud = PointCloud.read(mesh_points(mesh, np.random.default_rng(12345)))
     p = places(mesh, taught[0], taught[0], np.array(parts))[0]

@@ -1,17 +1,19 @@
 #!/usr/bin/env python3
-"""Where contacts go when nothing changes but the description: random cases of one demonstration and one scan.
+"""Invariance of contacts: random changes of a scan that must not move the best contact.
 
-A case is a shipped demonstration of one gripper, a box of random size or a shipped payload, a random sampling of it, and one of the changes:
+A case is a shipped demonstration of one gripper, a random sampling of a box of random size or of a
+shipped payload, and one of these changes:
 
 - yaw and translation, of any size;
-- any rotation, with the direction of up turned along;
+- any rotation, with the direction of up rotated, too;
 - the order of the points;
 - every point given twice;
-- another unit of length for demonstration, scan and every length of learning and transfer (radii, bandwidths, votes): 0.4 to 2.5 times.
+- another unit of length for demonstration, scan and all lengths of learning and transfer (radii,
+  bandwidths, votes): 0.4 to 2.5 times.
 
-Reported is how far the best contact of `task` is from where the unchanged case has it, and its likelihood's change.
+The table shows how far the best contact of `task` moves, and the change of its likelihood.
 
-    tools/run python tools/bench/invariance.py                200 cases (some 3 CPU minutes)
+    tools/run python tools/bench/invariance.py                200 cases (about 3 CPU minutes)
 """
 
 from __future__ import annotations
@@ -59,7 +61,7 @@ def cloud_points(rng: np.random.Generator) -> np.ndarray:
 
 
 def in_unit(factor: float, name: str) -> tuple[ContactSkill, TransferParameters]:
-    """Return a skill learnt in another unit of length, metres times `factor`, and the transfer's parameters in it."""
+    """Return a skill and transfer parameters in another unit of length (metres times `factor`)."""
     shown = Demonstration.read(name)
     grippers, quadrotors = shown.grippers.p * factor, shown.quadrotors.p * factor
     viewpoint = None if shown.cloud.viewpoint is None else factor * shown.cloud.viewpoint
@@ -88,7 +90,7 @@ def in_unit(factor: float, name: str) -> tuple[ContactSkill, TransferParameters]
 def change(
     kind: str, points: np.ndarray, rng: np.random.Generator
 ) -> tuple[np.ndarray, Pose, np.ndarray]:
-    """Return the changed points, the pose that takes the old frame to the new one, and the new direction of up."""
+    """Return the changed points, the pose from the old to the new frame, and the new up."""
     X = Pose(np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
     if kind == "order":
         return rng.permutation(points), X, np.array([0.0, 0.0, 1.0])
@@ -139,12 +141,14 @@ def main() -> int:
                 flush=True,
             )
     print(
-        f"{'change':<22}{'cases':>6}{'median m':>11}{'largest m':>11}{'over 5 mm':>11}{'log J, largest':>16}"
+        f"{'change':<22}{'cases':>6}{'median m':>11}{'largest m':>11}{'over 5 mm':>11}"
+        f"{'log J, largest':>16}"
     )
     for kind in CHANGES:
         d = np.array(shifts[kind])
         print(
-            f"{kind:<22}{len(d):>6}{np.median(d):>11.1e}{d.max():>11.1e}{int((d > 0.005).sum()):>11}{max(falls[kind]):>16.1e}"
+            f"{kind:<22}{len(d):>6}{np.median(d):>11.1e}{d.max():>11.1e}"
+            f"{int((d > 0.005).sum()):>11}{max(falls[kind]):>16.1e}"
         )
     return 0
 

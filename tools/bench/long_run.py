@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Many flights in one process, and whether it holds its memory.
+"""Memory growth over many flights in one process.
 
-One station, short flights (from the air, 1 s of hover, 1 cm of noise), a seed each. The resident memory is read after 20 flights, when all
-caches are filled, and at the end.
+One station flies short flights (from the air, 1 s of hover, 1 cm of noise), each with its own seed.
+The resident memory is read after 20 flights, when all caches are filled, and at the end.
 
-    tools/run python tools/bench/long_run.py                 500 flights of one and of three quadrotors
+    tools/run python tools/bench/long_run.py        500 flights of one and of three quadrotors
 """
 
 from __future__ import annotations
@@ -64,7 +64,8 @@ def main() -> int:
         grown.append(marks[arguments.flights] - marks[WARM])
         told = ", ".join(f"{value:.0f} MB after {k}" for k, value in marks.items())
         print(
-            f"{n} quadrotor(s), {arguments.flights} flights: {told}; grown by {grown[-1]:.1f} MB (limit {LIMIT:.0f})",
+            f"{n} quadrotor(s), {arguments.flights} flights: {told}; "
+            f"grown by {grown[-1]:.1f} MB (limit {LIMIT:.0f})",
             flush=True,
         )
     return int(max(grown) > LIMIT)

@@ -1,17 +1,19 @@
 #!/usr/bin/env python3
-"""Simulated seconds per CPU second and RMSE on one circle, beside udaan, rotorpy and crazyflow.
+"""Simulated seconds per CPU second and RMSE on one circle: ours, udaan, rotorpy, crazyflow.
 
-The circle: radius 1 m, two turns in 12 s with quintic timing, then 5 s of hover, from rest at its start (hanging, or hovering), exact
-measurements. udaan flies a point mass on a cable, as we do a rigid box; rotorpy and crazyflow have no payload, so the vehicle itself flies
-it. Each peer has its own vehicle, controller, steps and gains, as its documentation shows them: RMSE says what a user gets, not which
-simulator is more exact. Peers get position, velocity and acceleration of the circle, which is what their controllers take.
+The circle: radius 1 m, two turns in 12 s with quintic timing, then 5 s of hover, from rest at its
+start (hanging, or hovering), exact measurements. udaan flies a point mass on a cable, ours a
+rigid box; rotorpy and crazyflow have no payload, so the vehicle itself flies the circle. Each
+peer has the vehicle, controller, steps and gains of its own documentation: RMSE says what a user
+gets, not which simulator is more exact. Peers get position, velocity and acceleration of the
+circle, the inputs of their controllers.
 
-The first flight counts what a newcomer waits for (imports, compilation, construction), the second the flight alone, with what the first left.
+The first flight includes imports, compilation and construction; the second does not.
 
-    tools/run python tools/bench/peers.py                       everyone; each peer is installed into a throw-away environment
+    tools/run python tools/bench/peers.py                       all, each in a temporary venv
     tools/run python tools/bench/peers.py --peers udaan ours    some of them
-    tools/run python tools/bench/peers.py --circle 24           the same circle at half the pace
-    tools/run python tools/bench/peers.py --keep DIR            environments that stay, for the next time
+    tools/run python tools/bench/peers.py --circle 24           at half the speed
+    tools/run python tools/bench/peers.py --keep DIR            keep the environments
 """
 
 from __future__ import annotations
@@ -33,7 +35,7 @@ HOVER, HEIGHT = 5.0, 1.0
 WORLDS = 1000
 
 Point = tuple[np.ndarray, np.ndarray, np.ndarray]
-# Puts the vehicle at the start; flies, and returns where it was less where it should have been (T, 3) [m].
+# Two functions: put the vehicle at the start; fly and return the position errors (T, 3) [m].
 Ready = tuple[Callable[[], None], Callable[[], np.ndarray]]
 
 
@@ -115,7 +117,7 @@ def udaan_mujoco(circle: Circle) -> Ready:
 
 
 def rotorpy(circle: Circle) -> Ready:
-    """The Hummingbird without a payload, the more exact of its first examples' vehicles; rotors turn as hovering needs it."""
+    """The Hummingbird without a payload; its rotors start at the speed of hovering."""
     from rotorpy.controllers.quadrotor_control import SE3Control
     from rotorpy.environments import Environment
     from rotorpy.vehicles.hummingbird_params import quad_params
@@ -152,7 +154,7 @@ def rotorpy(circle: Circle) -> Ready:
 
 
 def crazyflow(circle: Circle, worlds: int = 1) -> Ready:
-    """One drone per world under full-state commands, without a payload; rotors stand still at first, so it hovers for 3 s before."""
+    """One drone per world, without a payload; its rotors start at rest, so it hovers for 3 s."""
     import jax.numpy as jnp
     from crazyflow.control import Control
     from crazyflow.sim import Sim
@@ -201,31 +203,37 @@ PEERS = {
     "ours": Peer(
         ours,
         None,
-        "rigid box 0.25 kg, quadrotor 0.25 kg, cable 0.5 m; Drake, plant 5 ms; attitude law at every step, MPC 25 plans a second over 50 Hz samples",
-        "cable's mass, drag and bending, rotor and body drag, downwash (it has motor lag and wind, off here)",
+        "rigid box 0.25 kg, quadrotor 0.25 kg, cable 0.5 m; Drake, plant 5 ms; "
+        "attitude law at every step, MPC 25 plans a second over 50 Hz samples",
+        "cable's mass, drag and bending, rotor and body drag, downwash "
+        "(it has motor lag and wind, off here)",
     ),
     "udaan": Peer(
         udaan_equations,
         "udaan==1.3.0",
-        "point mass 0.2 kg, quadrotor 0.9 kg, massless rod 1 m; equations of motion, Euler 1.25 ms; geometric control 200 Hz",
+        "point mass 0.2 kg, quadrotor 0.9 kg, massless rod 1 m; equations of motion, "
+        "Euler 1.25 ms; geometric control 200 Hz",
         "payload's attitude, slack cable, rotors, ground, noise",
     ),
     "udaan-mujoco": Peer(
         udaan_mujoco,
         "udaan==1.3.0",
-        "the same controller on its default command's model: MuJoCo 2 ms, cable of links; control 200 Hz",
+        "the same controller on its default command's model: MuJoCo 2 ms, cable of links; "
+        "control 200 Hz",
         "payload's attitude, rotors (it has slack and ground)",
     ),
     "rotorpy": Peer(
         rotorpy,
         "rotorpy==3.0.0",
-        "Hummingbird 0.5 kg without payload; RK45 per step of 10 ms; geometric control 100 Hz; IMU and motion capture are simulated along",
+        "Hummingbird 0.5 kg without payload; RK45 per step of 10 ms; geometric control 100 Hz; "
+        "IMU and motion capture are simulated, too",
         "payload, cable (it has rotor lag, drag, wind, sensors)",
     ),
     "crazyflow": Peer(
         crazyflow,
         "crazyflow==0.4.0",
-        "Crazyflie 2.1 brushless without payload; first principles, Euler 2 ms, float32; Mellinger control: position 100 Hz, attitude 500 Hz",
+        "Crazyflie 2.1 brushless without payload; first principles, Euler 2 ms, float32; "
+        "Mellinger control: position 100 Hz, attitude 500 Hz",
         "payload, cable, effects of contacts (it has rotor dynamics and drag)",
     ),
     "crazyflow-1000": Peer(
@@ -239,7 +247,7 @@ PEERS = {
 
 
 def measure(name: str, circle: Circle) -> dict[str, float]:
-    """Return the figures of one peer in this process: CPU seconds of the first flight with all before it and of the second, RMSE [m]."""
+    """Fly one peer in this process; return CPU seconds of both flights and errors [m]."""
     began = time.process_time()
     begin, fly = PEERS[name].make(circle)
     begin()
@@ -261,7 +269,7 @@ def measure(name: str, circle: Circle) -> dict[str, float]:
 
 
 def in_environment(name: str, circle: Circle, folder: Path) -> dict[str, float]:
-    """Return the figures of one peer, flown by a Python of its own; a peer that is not ours is installed for it."""
+    """Return the figures of one peer from a process of its own; install the peer if needed."""
     python = Path(sys.executable)
     package = PEERS[name].package
     if package is not None:
@@ -334,7 +342,8 @@ def main() -> int:
     for name in arguments.peers:
         peer = PEERS[name]
         print(
-            f"\n{name} ({peer.package or 'drake_aerial'}): {peer.what}\n    not modelled: {peer.not_modelled}"
+            f"\n{name} ({peer.package or 'drake_aerial'}): {peer.what}\n"
+            f"    not modelled: {peer.not_modelled}"
         )
     return 0
 

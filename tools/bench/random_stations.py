@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
-"""Random stations, good and absurd: every run ends with a named outcome or a refusal in one line, and no process dies.
+"""Random stations, valid and absurd: every run ends with a named outcome or a one-line error.
 
-Drawn are the team (1 to 6 quadrotors, equal or not, thrust coefficients, cable lengths of both kinds, holding forces), the payload (a box of
-2 to 120 cm and 10 g to 1 kg, its centre of mass anywhere within), the contacts (anywhere on its top, two in one place included), the belief,
-the controller and its errors, wind, noise, delays of the motors and of the loop, time steps from 0.2 to 10 ms, and whether the flight starts
-from the ground. Each flies for 2 s of simulated time after take-off. A run belongs to its number alone.
+Random are the team (1 to 6 quadrotors, equal or not, thrust coefficients, cable lengths of both
+kinds, holding forces), the payload (a box of 2 to 120 cm and 10 g to 1 kg, its centre of mass
+anywhere inside), the contacts (anywhere on its top, also two in one place), the belief, the
+controller and its errors, wind, noise, delays of the motors and of the loop, time steps from 0.2 to
+10 ms, and whether the flight starts from the ground. Each flies for 2 s of simulated time after
+take-off. A station depends on its number only.
 
-    tools/run python tools/bench/random_stations.py                     1,000 of them (some 10 CPU minutes)
+    tools/run python tools/bench/random_stations.py          1,000 stations (about 10 CPU minutes)
     tools/run python tools/bench/random_stations.py --first 17 --count 1 --show
 """
 
@@ -39,7 +41,7 @@ BATCH = 25
 
 
 def draw(number: int) -> dict[str, Any]:
-    """Return the keywords of `Flight` for a station, under "payload", "contacts" and the names of its options."""
+    """Return payload, contacts and flight options of a station, by name."""
     rng = np.random.default_rng([20, number])
     n = int(rng.choice([1, 1, 1, 2, 3, 3, 4, 5, 6]))
     # Most are large enough for their quadrotors.
@@ -179,7 +181,8 @@ def main() -> int:
         results = [result for part in pool.map(lambda part: batch(*part), parts) for result in part]
     counts = Counter(result["ended"] for result in results)
     print(
-        f"{len(results)} random stations, {sum(result['cpu_s'] for result in results) / 60:.1f} CPU minutes"
+        f"{len(results)} random stations, "
+        f"{sum(result['cpu_s'] for result in results) / 60:.1f} CPU minutes"
     )
     for ended in (*OUTCOMES, "refused", "error", "process died"):
         print(f"  {ended:<14}{counts[ended]:>6}")

@@ -1,8 +1,11 @@
-"""What our readings of the paper's ambiguous points change, one at a time: `tools/run python tools/bench/readings.py`.
+"""Effect of our readings of the paper's ambiguous points, one at a time.
 
-Contacts: cm from the top's centre, seen from above, learnt on the flat demonstration; median [min max] over seeds, one number
-per seed, the median of its best five. Flights: RMSE of the tracked point over circle and hover in cm, box 68 x 61 x 28 cm held
-in the middle. Prints the tables of docs/readings.md.
+    tools/run python tools/bench/readings.py
+
+Contacts are learnt on the flat demonstration. Errors are in cm from the top's centre, seen from
+above: median [min max] over seeds of the median over the best five solutions. Flights carry the box
+68x61x28 by its centre; errors are RMSE in cm of the tracked point over circle and hover. Prints the
+tables of docs/readings.md.
 """
 
 from __future__ import annotations
@@ -49,7 +52,8 @@ def contacts(
             off_top += int((p[:, 2] < 0.13).sum())
             errors.append(100.0 * float(np.median(np.linalg.norm(p[:, :2], axis=1))))
         cells.append(
-            f"{name} {np.median(errors):5.1f} [{min(errors):4.1f} {max(errors):4.1f}] off the top {off_top}/{5 * seeds}"
+            f"{name} {np.median(errors):5.1f} [{min(errors):4.1f} {max(errors):4.1f}] "
+            f"off the top {off_top}/{5 * seeds}"
         )
     print(f"{label:34s} " + "   ".join(cells), flush=True)
 
@@ -76,7 +80,8 @@ def flight(label: str, seeds: int, **options) -> None:
     )
     outcomes = ", ".join(sorted({run.outcome for run in runs}))
     print(
-        f"{label:34s} {np.mean(rmse):6.2f} [{min(rmse):5.2f} {max(rmse):5.2f}] peak {peak:6.2f}  {outcomes}",
+        f"{label:34s} {np.mean(rmse):6.2f} [{min(rmse):5.2f} {max(rmse):5.2f}] "
+        f"peak {peak:6.2f}  {outcomes}",
         flush=True,
     )
 

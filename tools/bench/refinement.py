@@ -1,16 +1,18 @@
-"""What refinement does to annealed solutions, and to ones that were made infeasible.
+"""Refinement of annealed solutions, and of solutions that were made infeasible.
 
-    python tools/bench/refinement.py [--rows ROW ...] [--seeds 100-104] [--repeats 2] [--solver snopt] [--json FILE]
+    python tools/bench/refinement.py [--rows ROW ...] [--seeds 100-104] [--repeats 2]
+                                     [--solver snopt] [--json FILE]
 
-For every row and seed: the best five solutions of `transfer` are refined (gain in log J, falls, seconds), then each
-feasible one is disturbed in ways that make it infeasible while a feasible one is at most 5 cm away:
+For every row and seed, the best five solutions of `transfer` are refined (gain in log J, number
+of solutions that fell, seconds). Then each feasible solution is disturbed so that it is
+infeasible while a feasible one is at most 5 cm away:
 
     off      every gripper 1.5 to 5 cm off the surface, outwards or inwards
     tilted   every gripper 20 to 80 degrees off its normal
-    moved    every gripper up to 5 cm in any direction, and turned by some 30 degrees
-    crowded  grippers drawn together by up to 5 cm (several grippers)
-    pulled   the formation pushed until no equilibrium is left, and up to 3 cm further (several grippers)
-    astray   one gripper standing where it cannot be flown (upside down, say), a place where it can at most 5 cm away
+    moved    every gripper up to 5 cm in any direction, and turned by about 30 degrees
+    crowded  grippers moved together by up to 5 cm (several grippers)
+    pulled   the formation moved out of equilibrium, up to 3 cm beyond (several grippers)
+    astray   one gripper in an infeasible place (upside down, say), a feasible one within 5 cm
 
 Seconds are wall-clock and CPU seconds per solution, one thread.
 """
@@ -58,7 +60,7 @@ TRIANGLE = ((-0.21, -0.364, 0.0), (0.42, 0.0, 0.0), (-0.21, 0.364, 0.0))
 
 @cache
 def formation_skill(kind: str) -> ContactSkill:
-    """Return the skill of two grippers on a bar, of three on the hollow triangle, or of six on a box."""
+    """Return a skill: two grippers on a bar, three on the hollow triangle, or six on a box."""
     rng = np.random.default_rng(12345)
     if kind == "hexagon":
         angle = np.arange(6) * np.pi / 3.0
@@ -142,7 +144,7 @@ def crowded(X: Pose, rng: np.random.Generator) -> Pose:
 
 
 def pulled(X: Pose, rng: np.random.Generator, checker: ContactChecker) -> Pose | None:
-    """Return the formation, made smaller where it has to be, pushed along the surface out of its equilibrium."""
+    """Return the formation moved along the surface out of equilibrium; shrink it if necessary."""
     for size in (1.0, 0.8, 0.65, 0.5, 0.4):
         angle = rng.uniform(-np.pi, np.pi)
         d = np.array([np.cos(angle), np.sin(angle), 0.0])
@@ -164,7 +166,7 @@ def pulled(X: Pose, rng: np.random.Generator, checker: ContactChecker) -> Pose |
 
 
 def astray(rng: np.random.Generator, checker: ContactChecker) -> Pose | None:
-    """Return one gripper on a feature where it is infeasible, with a feature at most 5 cm away where it is not."""
+    """Return one gripper on an infeasible feature that has a feasible one within 5 cm."""
     features = checker.query.scan.features.pose
     for i in rng.permutation(len(features.p))[:300]:
         X = features.take([i])
@@ -245,7 +247,8 @@ def line(row: Row) -> str:
         else ""
     )
     return (
-        f"{row.name:20s} {gains}; per solution {seconds(row.wall)} s wall, {seconds(row.cpu)} s CPU\n"
+        f"{row.name:20s} {gains}; "
+        f"per solution {seconds(row.wall)} s wall, {seconds(row.cpu)} s CPU\n"
         f"{'':20s} made feasible: {counts}; {seconds(row.rescue_cpu)} s CPU"
     )
 

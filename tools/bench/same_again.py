@@ -1,13 +1,17 @@
 #!/usr/bin/env python3
-"""The same inputs and seeds again: in one process, in another with other threads, and by another Python with another Drake and numpy.
+"""Reproducibility: the same inputs and seeds in one process, in another, and by another Python.
 
-Contacts: six scans (boxes, bunny, teapot, bar, hollow triangle; one, two and three grippers), each by all four methods, learnt and transferred. Flights:
-one and three quadrotors from the ground, with noise. Scans are drawn once and given to all as files. Compared are bytes (contacts.json
-and metrics.json without their timing, all series) and, between interpreters, the largest differences of numbers.
+Contacts: six scans (boxes, bunny, teapot, bar, hollow triangle; one, two and three grippers),
+learnt and transferred by all four methods. Flights: one and three quadrotors from the ground,
+with noise. Scans are drawn once and passed to all as files. The second process uses other
+threads, the other Python may have another Drake and numpy. Bytes are compared (contacts.json and
+metrics.json without their timing, all series), and between interpreters the largest differences
+of numbers.
 
-    tools/run python tools/bench/same_again.py                                  this Python alone
-    tools/run python tools/bench/same_again.py --other .venv312/bin/python      and another, in which the package's dependencies are installed
-    tools/run python tools/bench/same_again.py --rows bunny --flights 0         some of it
+    tools/run python tools/bench/same_again.py                             this Python only
+    tools/run python tools/bench/same_again.py --other .venv312/bin/python    and another one, in
+                                     which the package's dependencies are installed
+    tools/run python tools/bench/same_again.py --rows bunny --flights 0    a part
 """
 
 from __future__ import annotations
@@ -123,7 +127,7 @@ def same_bytes(a: Path, b: Path) -> bool:
 
 
 def largest_differences(a: Path, b: Path) -> dict[str, float]:
-    """Return the largest absolute difference under each name; infinite where shapes differ, or one of two is not a number."""
+    """Return the largest difference under each name; infinite if shapes or NaNs differ."""
     left, right = content(a), content(b)
     answer = {}
     for key in sorted({*left, *right}):

@@ -70,7 +70,7 @@ def box_query(
 
 
 def camera_query(mesh_of: Callable):
-    """Return a function of a generator that sees an object from one side, as a depth camera with 2 mm of noise."""
+    """Return a function of a generator: scan from one side by a depth camera, 2 mm of noise."""
 
     def scan(rng: np.random.Generator) -> tuple[PointCloud, Pose]:
         bearing = rng.uniform(-np.pi, np.pi)
@@ -88,8 +88,10 @@ def box_mesh(size: tuple[float, float, float]):
 
 
 def terrace_mesh(x: tuple[float, ...], y: tuple[float, ...], height: np.ndarray):
-    """Return an object of several levels: columns of `height` (X, Y) over the cells between grid lines x (X + 1) and
-    y (Y + 1), standing on z = 0, all in metres. Its centre of mass, if it is homogeneous, is over the origin.
+    """Return an object of several levels, standing on z = 0 [m].
+
+    A column of `height` (X, Y) stands on each cell between the grid lines x (X + 1) and y (Y + 1).
+    The centre of mass of the homogeneous object is over the origin.
     """
     import trimesh
 
@@ -163,7 +165,7 @@ def above_centroid(mesh) -> np.ndarray:
     """Return the topmost point (3,) of a mesh over its volume centroid [m]."""
     a, b, c = (mesh.triangles[:, k] for k in range(3))
     at = mesh.center_mass[:2]
-    # Barycentric coordinates of the vertical through the centroid in every triangle, seen from above.
+    # Barycentric coordinates, seen from above, of the vertical through the centroid.
     T = np.stack([a[:, :2] - c[:, :2], b[:, :2] - c[:, :2]], axis=-1)
     T = T + 1e-12 * np.eye(2)
     uv = np.linalg.solve(T, (at - c[:, :2])[..., None])[..., 0]

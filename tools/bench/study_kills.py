@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Kill a campaign at random moments, let it go on each time, and compare what it leaves with an undisturbed one.
+"""Kill a study at random moments, resume it each time, and compare with an undisturbed run.
 
-Each round kills, with SIGKILL, one of: the client (with its local cluster), a worker, or a scheduler of its own process. After the last
-round the same command runs to its end, and records (but for their timing), series and, where there is one, the report must be those of the
-undisturbed run, none twice.
+Each round kills one process with SIGKILL: the client (with its local cluster), a worker, or a
+scheduler that runs as its own process. After the last round the same command runs to its end. The
+records (without their timing), the series and the report, if there is one, must equal those of the
+undisturbed run, and no record may occur twice.
 
     tools/run python tools/bench/study_kills.py                     ten kills
     tools/run python tools/bench/study_kills.py --kills 3 --seed 7
@@ -61,7 +62,7 @@ def main() -> int:
             victim = dice.choice(list(kills))
             before = lines(stormy)
             if before >= len(wanted):
-                # It was done before it was killed often enough: once more from the start.
+                # The study ended before the last kill: restart it.
                 shutil.rmtree(stormy)
                 before = 0
             local = victim == "client" or (victim == "worker" and dice.random() < 0.5)
@@ -74,24 +75,25 @@ def main() -> int:
                 process = subprocess.Popen(
                     [*command, str(stormy), *where], stderr=subprocess.PIPE, text=True
                 )
-                # Somewhere on the way: at the start, while contacts are found, or some trials on, in the middle of the next.
+                # Kill at the start, during the transfer, or in the middle of a later trial.
                 await_records(process, stormy, before + max(dice.randint(-2, 6), 0))
                 alive(process, dice.uniform(0.0, 3.0))
                 if process.poll() is None:
                     kill(victim, process, other, dice)
                     kills[victim] += 1
-                # A campaign outlives its workers, and ends by itself with its scheduler.
+                # A study survives the loss of its workers, and ends when its scheduler ends.
                 if victim == "worker":
                     await_records(process, stormy, lines(stormy) + 2)
                 else:
                     alive(process, 60.0)
                 if victim == "scheduler" and process.poll() is None:
-                    print("the campaign did not notice that its scheduler is gone")
+                    print("the study did not notice that its scheduler has ended")
                     return 1
                 process.kill()
                 said = (process.communicate()[1].strip().splitlines() or [""])[-1]
                 print(
-                    f"{victim:9s} ({'local' if local else 'cluster'}): {before} -> {lines(stormy)} records; {said}",
+                    f"{victim:9s} ({'local' if local else 'cluster'}): "
+                    f"{before} -> {lines(stormy)} records; {said}",
                     flush=True,
                 )
         final = subprocess.run(
@@ -110,9 +112,8 @@ def main() -> int:
             "series": contents(stormy / "series", "[!.]*") == contents(calm / "series", "[!.]*"),
             "report": contents(stormy, "report.html") == contents(calm, "report.html"),
         }
-        print(
-            f"{sum(kills.values())} kills ({', '.join(f'{n} {name}' for name, n in kills.items())}); the same as undisturbed:"
-        )
+        counts = ", ".join(f"{n} {name}" for name, n in kills.items())
+        print(f"{sum(kills.values())} kills ({counts}); equal to the undisturbed run:")
         for what, equal in same.items():
             print(f"  {what}: {'yes' if equal else 'NO'}")
         if not same["records"]:

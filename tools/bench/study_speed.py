@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
-"""How long a study of 400 flights takes, and what a second worker brings.
+"""Time of a study of 400 flights, and the gain by a second worker.
 
-The study: conditions A to D of the paper, `task` and `paper`, five solutions of ten trials each, belief `below_contact`. It is run as a user
-runs it, contacts and start of the workers included. Then a part of it (contacts found already) is run with one worker and with two in
-turn: a worker's rate is that of its flights, from the first one's end to the last one's. Two hardware threads of one core are not two cores; so what two
-flights gain that know nothing of each other, in processes of their own, is printed beside it: no campaign can gain more.
+The study: conditions A to D of the paper, `task` and `paper`, five solutions of ten trials each,
+belief `below_contact`. It runs as a user runs it, with transfers and start of the workers. Then a
+part of it, with saved contacts, runs with one worker and with two in turn; the rate is that from
+the end of the first flight to the end of the last. Two hardware threads of one core are not two
+cores: the gain by two unrelated processes that fly at the same time is printed, too, as the upper
+limit.
 
-    tools/run python tools/bench/study_speed.py                  some 20 minutes
-    tools/run python tools/bench/study_speed.py --trials 0       the second worker alone
+    tools/run python tools/bench/study_speed.py                  everything (about 20 minutes)
+    tools/run python tools/bench/study_speed.py --trials 0       the second worker only
 """
 
 from __future__ import annotations
@@ -32,7 +34,8 @@ import time
 from drake_aerial import Payload
 from drake_aerial.simulation.flight import Flight
 from drake_aerial.simulation.suspended_payload import SuspendedPayload
-flight = Flight(SuspendedPayload.from_contacts(Payload.read("box_68x61x28"), [[0.0, 0.0, 0.14]], [[0.0, 0.0, 1.0]]))
+box = Payload.read("box_68x61x28")
+flight = Flight(SuspendedPayload.from_contacts(box, [[0.0, 0.0, 0.14]], [[0.0, 0.0, 1.0]]))
 flight.run(0)
 began = time.perf_counter()
 for seed in range(1, 6):
@@ -60,7 +63,7 @@ def rate(trials: int, workers: int, contacts: Path) -> float:
         for name in ("contacts", "scans", "skills"):
             shutil.copytree(contacts / name, Path(folder) / name)
         run_study(plan(trials, "AC"), folder, workers=workers, progress=note)
-    # The first word is said before any flight; of the rest, the first of each worker prepares it.
+    # The first message precedes all flights; each worker's first flight includes its set-up.
     ends = ends[1 + workers :]
     return (len(ends) - 1) / (ends[-1] - ends[0])
 
@@ -94,7 +97,8 @@ def main() -> int:
         with tempfile.TemporaryDirectory() as folder:
             summary = run_study(plan(arguments.trials), folder, workers=2)
         print(
-            f"{summary.flown} flights, 2 workers: {summary.wall_s / 60:.1f} min wall (wanted {WANTED_MINUTES:g} for 400), "
+            f"{summary.flown} flights, 2 workers: {summary.wall_s / 60:.1f} min wall "
+            f"(wanted {WANTED_MINUTES:g} for 400), "
             f"{summary.cpu_s / 60:.1f} min CPU of flights",
             flush=True,
         )

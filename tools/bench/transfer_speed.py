@@ -1,14 +1,17 @@
 #!/usr/bin/env python3
-"""How long a transfer takes in a process that has imported everything, and the densities it rests on.
+"""Time of a transfer, and of the densities that it evaluates, after all imports.
 
-A scan of 20,000 points of a box with 1 mm of noise; one gripper (shipped demonstration `flat`) and three (`formation`); the best five. `task` is the
-default method, with its 5,000 kernels per gripper; `paper` is the paper's, with N_Q = 1000. Parts: surface features, query density,
-annealing with what follows it. First is the process's first transfer, which also loads what is loaded late; second the same again.
+The scan has 20,000 points of a box with 1 mm of noise. Skills: one gripper (shipped demonstration
+`flat`) and three (`formation`); the best five solutions are returned. `task` is the default
+method, with 5,000 kernels per gripper; `paper` is the paper's, with N_Q = 1000. Parts: surface
+features, query density, annealing with all that follows. The first call of a process also imports
+modules that are loaded late; the second call repeats it.
 
-The density: 100,000 poses against 1,000 kernels, grippers symmetric about their axis (what transfer asks for) or not, double and single precision.
+Densities: 100,000 poses against 1,000 kernels, in double and single precision, for grippers with a
+symmetry axis (the default of `transfer`) and without.
 
-    tools/run python tools/bench/transfer_speed.py                  by one core and by all, each in a process of its own
-    tools/run python tools/bench/transfer_speed.py --profile task 1   where the time goes: method and grippers
+    tools/run python tools/bench/transfer_speed.py                    one core and all cores
+    tools/run python tools/bench/transfer_speed.py --profile task 1   profile: method, grippers
 """
 
 from __future__ import annotations
@@ -46,7 +49,7 @@ def scan() -> object:
 
 
 def transfers(method: str, n: int) -> list[dict[str, float]]:
-    """Transfer twice in this process; return wall and CPU seconds of the whole, and the parts' wall seconds."""
+    """Transfer twice in this process; return wall and CPU seconds, and wall seconds by part."""
     from drake_aerial import read_skill, transfer
 
     skill, cloud, told = read_skill(DEMONSTRATIONS[n]), scan(), []
@@ -82,7 +85,7 @@ def densities() -> list[dict[str, float]]:
 
 
 def alone(arguments: list[str], cores: int) -> list[dict[str, float]]:
-    """Return what this script prints for some arguments in a process of its own that may use so many cores."""
+    """Run this script in a process of its own with `cores` cores; return what it prints."""
     environment = os.environ | {f"{key}_NUM_THREADS": str(cores) for key in ("OMP", "OPENBLAS")}
     command = [sys.executable, str(Path(__file__).resolve()), *arguments]
     done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True, env=environment)
@@ -112,7 +115,8 @@ def main() -> int:
         pstats.Stats(profile).sort_stats("tottime").print_stats(30)
         return 0
     print(
-        f"{'transfer':<22}{'cores':>6}{'call':>6}{'wall s':>8}{'wanted':>8}{'CPU s':>8}{'features':>10}{'query':>8}{'annealing':>11}"
+        f"{'transfer':<22}{'cores':>6}{'call':>6}{'wall s':>8}{'wanted':>8}{'CPU s':>8}"
+        f"{'features':>10}{'query':>8}{'annealing':>11}"
     )
     for n, wanted in WANTED.items():
         for method in arguments.methods:
@@ -122,21 +126,25 @@ def main() -> int:
                         f"{row[name]:>{width}.2f}"
                         for name, width in zip(PARTS, (10, 8, 11), strict=True)
                     )
+                    which = "first" if call == 0 else "2nd"
                     print(
-                        f"{f'{method}, {n} gripper(s)':<22}{cores:>6}{'first' if call == 0 else '2nd':>6}{row['wall']:>8.2f}{wanted:>8.1f}"
-                        f"{row['cpu']:>8.2f}{parts}",
+                        f"{f'{method}, {n} gripper(s)':<22}{cores:>6}{which:>6}"
+                        f"{row['wall']:>8.2f}{wanted:>8.1f}{row['cpu']:>8.2f}{parts}",
                         flush=True,
                     )
     print(
-        f"\n{'100,000 poses x 1,000 kernels':<32}{'cores':>6}{'first s':>9}{'best s':>8}{'wanted':>8}{'CPU s':>8}"
+        f"\n{'100,000 poses x 1,000 kernels':<32}{'cores':>6}{'first s':>9}{'best s':>8}"
+        f"{'wanted':>8}{'CPU s':>8}"
     )
     for cores in arguments.cores:
         rows = alone(["--measure", "densities"], cores)
         for k in range(0, len(rows), 3):
-            label = f"{'axis only' if rows[k]['axial'] else 'full rotation'}, {'single' if rows[k]['single'] else 'double'}"
+            rotation = "axis only" if rows[k]["axial"] else "full rotation"
+            label = f"{rotation}, {'single' if rows[k]['single'] else 'double'}"
             best = min(rows[k : k + 3], key=lambda row: row["wall"])
             print(
-                f"{label:<32}{cores:>6}{rows[k]['wall']:>9.3f}{best['wall']:>8.3f}{KDE_WANTED:>8.1f}{best['cpu']:>8.3f}"
+                f"{label:<32}{cores:>6}{rows[k]['wall']:>9.3f}{best['wall']:>8.3f}"
+                f"{KDE_WANTED:>8.1f}{best['cpu']:>8.3f}"
             )
     return 0
 

@@ -1,4 +1,8 @@
-"""A Sphinx extension: docstrings are written for readers of code; what reStructuredText would read otherwise is put its way."""
+"""Sphinx extension: rewrite docstrings where reStructuredText would misread them.
+
+Docstrings are written for readers of code. Markdown tables become list-tables, and bars (absolute
+values) are escaped.
+"""
 
 import re
 

@@ -1,4 +1,4 @@
-"""A Sphinx extension: formulas become MathML when the site is built, so that no page loads a renderer."""
+"""Sphinx extension: convert formulas to MathML at build time; pages load no renderer."""
 
 import re
 
