@@ -144,7 +144,7 @@ def main() -> int:
         f"{'change':<22}{'cases':>6}{'median m':>11}{'largest m':>11}{'over 5 mm':>11}"
         f"{'log J, largest':>16}"
     )
-    for kind in CHANGES:
+    for kind in filter(shifts.__contains__, CHANGES):
         d = np.array(shifts[kind])
         print(
             f"{kind:<22}{len(d):>6}{np.median(d):>11.1e}{d.max():>11.1e}"
