@@ -14,12 +14,12 @@ from pydrake.multibody.tree import ModelInstanceIndex, RigidBody, SpatialInertia
 
 from drake_aerial.geometry import Array, perpendicular, quat_from_xz
 from drake_aerial.io.records import Positive, PositiveOrInfinite, record
+from drake_aerial.io.strict_yaml import numbers
 from drake_aerial.plant.part_checks import (
     check_plant,
     check_type,
     parameters_or_default,
     unit_vector3,
-    vector3,
 )
 from drake_aerial.plant.payload_body import PayloadBody
 
@@ -109,7 +109,7 @@ def add_gripper(
     """
     check_plant(plant, finalized=False)
     check_type("payload", payload, PayloadBody, "as add_payload returns it")
-    contact, normal = vector3("p_LC", p_LC), unit_vector3("normal_L", normal_L)
+    contact, normal = numbers(p_LC, (3,), "`p_LC`"), unit_vector3("normal_L", normal_L)
     parameters = parameters_or_default(parameters, GripperParameters)
     instance = plant.AddModelInstance(name)
     unit = UnitInertia.SolidCylinder(_RADIUS, _HEIGHT, [0.0, 0.0, 1.0])

@@ -10,20 +10,6 @@ from drake_aerial.plant.cable import Cable
 from drake_aerial.statics.gravity import GRAVITY
 
 
-def normal_pull(tension: Array, xi: Array, normal: Array) -> Array:
-    """Return the pulls (n,) [N] of n cables along the outward surface normals.
-
-    Parameters
-    ----------
-    tension : (n,) array [N]
-    xi : (n, 3) array
-        Cable directions, from quadrotor to contact.
-    normal : (n, 3) array
-        Outward unit normals at the contacts, in the same frame.
-    """
-    return tension * np.maximum(0.0, -np.einsum("ij,ij->i", xi, normal))
-
-
 class HoldingForces:
     """Holding forces of the grippers of n cables.
 
@@ -53,7 +39,9 @@ class HoldingForces:
         R_WL : (3, 3) array
             Rotation of the payload.
         """
-        return normal_pull(tension, xi, self._normal_L @ R_WL.T) > self.limit
+        normal_W = self._normal_L @ R_WL.T
+        pull = tension * np.maximum(0.0, -np.einsum("ij,ij->i", xi, normal_W))
+        return pull > self.limit
 
 
 def safe_slide_rate(cable: Cable, time_step: float) -> float:

@@ -12,6 +12,7 @@ from pydrake.multibody.tree import RigidBody
 
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
+from drake_aerial.io.strict_yaml import numbers
 
 MAX_CONTACT_DISTANCE = 0.02
 """Largest accepted distance of a contact from the payload's surface [m]."""
@@ -63,20 +64,9 @@ def parameters_or_default(value: Parameters | None, kind: type[Parameters]) -> P
     return value
 
 
-def vector3(name: str, value: ArrayLike) -> Array:
-    """Return `value` as an array (3,); raise InputError unless it is three finite numbers."""
-    try:
-        vector = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        vector = np.empty(0)
-    if vector.shape != (3,) or not np.isfinite(vector).all():
-        raise InputError(f"`{name}` must be three finite numbers, got {value!r}")
-    return vector
-
-
 def unit_vector3(name: str, value: ArrayLike) -> Array:
     """Return `value` scaled to length 1, (3,); raise InputError if it has no direction."""
-    vector = vector3(name, value)
+    vector = numbers(value, (3,), f"`{name}`")
     length = float(np.linalg.norm(vector))
     if length == 0.0:
         raise InputError(f"`{name}` must not be zero: give the outward surface normal")

@@ -66,19 +66,19 @@ ADDING = {
     ),
     "two numbers for a contact": (
         lambda p: add_gripper(p.plant, p.payload, [0.0, 0.1], name="b"),
-        r"`p_LC` must be three finite numbers, got \[0.0, 0.1\]",
+        r"`p_LC` must be 3 finite numbers, got \[0.0, 0.1\]",
     ),
     "two contacts for one": (
         lambda p: add_gripper(p.plant, p.payload, [TOP, TOP], name="b"),
-        r"`p_LC` must be three finite numbers",
+        r"`p_LC` must be 3 finite numbers",
     ),
     "NaN in a contact": (
         lambda p: add_gripper(p.plant, p.payload, [0.0, np.nan, 0.1], name="b"),
-        r"`p_LC` must be three finite numbers",
+        r"`p_LC` must be 3 finite numbers",
     ),
     "a word for a contact": (
         lambda p: add_gripper(p.plant, p.payload, "top", name="b"),
-        r"`p_LC` must be three finite numbers, got 'top'",
+        r"`p_LC` must be 3 finite numbers, got 'top'",
     ),
     "a normal of zero": (
         lambda p: add_gripper(p.plant, p.payload, TOP, [0.0, 0.0, 0.0], name="b"),
@@ -86,7 +86,7 @@ ADDING = {
     ),
     "NaN in a normal": (
         lambda p: add_gripper(p.plant, p.payload, TOP, [0.0, 0.0, np.nan], name="b"),
-        r"`normal_L` must be three finite numbers",
+        r"`normal_L` must be 3 finite numbers",
     ),
     "a force for a gripper": (
         lambda p: add_gripper(p.plant, p.payload, TOP, parameters=20.0, name="b"),
