@@ -146,7 +146,7 @@ class Condition:
         return values
 
     def fingerprint(self) -> str:
-        """Return a hash of what the condition's files hold, so that another payload of the same name is another study's."""
+        """Return a hash of the content of the condition's files."""
         digest = hashlib.sha256(model_files.find("payloads", self.payload).read_bytes())
         digest.update(
             np.ascontiguousarray(Payload.read(self.payload).vertices, dtype="<f8").tobytes()
@@ -155,10 +155,14 @@ class Condition:
             digest.update(model_files.find("demonstrations", self.demonstration).read_bytes())
         return digest.hexdigest()
 
-    def carried(self, inertia: str) -> Payload:
-        """Return the payload with the inertia of the paper's table ("table"), of its own uniform solid ("mesh"), or of its file ("file").
+    def payload_with(self, inertia: str) -> Payload:
+        """Return the payload with another inertia; mass and centre of mass are those of its file.
 
-        Mass and centre of mass are the payload file's in all three.
+        Parameters
+        ----------
+        inertia : str
+            That of the paper's table ("table"), of the payload's shape with uniform density
+            ("mesh"), or of the payload's file ("file").
         """
         if inertia not in INERTIAS:
             raise InputError(f"`inertia` must be one of {', '.join(INERTIAS)}, got {inertia!r}")

@@ -1,4 +1,4 @@
-"""The plan of a study: its conditions, and which methods, beliefs and inertias are flown on them how often."""
+"""The plan of a study: conditions, and the flights on them by method, belief and inertia."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Flights:
 
 @dataclass(frozen=True)
 class Arm:
-    """One arm of a study: the best solutions of one method on one condition, flown under one belief with one inertia."""
+    """Flights of one method on one condition, under one belief, with one inertia."""
 
     condition: Condition
     method: str
@@ -64,7 +64,7 @@ class Arm:
 
     @property
     def contacts(self) -> str:
-        """Name of the contacts that the arm flies; arms that differ in belief or inertia share them."""
+        """Name of the arm's contacts; arms that differ in belief or inertia share them."""
         return f"{self.condition.name}-{self.method}"
 
 
@@ -152,10 +152,6 @@ class StudyPlan:
             "flights": [part.to_dict() for part in self.flights],
         }
 
-    def condition(self, name: str) -> Condition:
-        """Return the condition of that name."""
-        return next(condition for condition in self.conditions if condition.name == name)
-
     def chosen(
         self,
         *,
@@ -167,21 +163,23 @@ class StudyPlan:
         seed: int | None = None,
         fly_infeasible: bool | None = None,
     ) -> StudyPlan:
-        """Return a part of the plan, or the plan with other numbers; None leaves things as they are.
+        """Return a part of the plan, or the plan with other numbers; None changes nothing.
 
         Parameters
         ----------
         conditions, methods, beliefs : names, optional
-            The ones to keep, of those that the plan has. Methods do not touch conditions whose contacts are given.
+            Names to keep, of those in the plan. Conditions with given contacts have no methods.
         solutions, trials : int, optional
-            Instead of every number in the plan.
+            Replace every number in the plan.
         seed : int, optional
+            Master seed.
         fly_infeasible : bool, optional
+            Fly infeasible solutions too.
 
         Raises
         ------
         InputError
-            For a name that the plan does not have, or if nothing is left.
+            If the plan does not have a name, or no flights are left.
         """
         given = {c.name for c in self.conditions if c.contacts}
         kept = _kept(conditions, [c.name for c in self.conditions], "conditions", self.name)
@@ -209,7 +207,8 @@ class StudyPlan:
                 )
         if not parts:
             raise InputError(
-                f"nothing is left of the plan {self.name!r}: it has no flights with all of these together"
+                f"the plan {self.name!r} has no flights with all of these conditions, methods and "
+                "beliefs; choose fewer"
             )
         flown = {name for part in parts for name in part.conditions}
         return replace(
@@ -221,7 +220,7 @@ class StudyPlan:
         )
 
     def arms(self) -> list[Arm]:
-        """Return what is flown, condition by condition; what two parts of the plan share is flown once, as often as the larger one asks."""
+        """Return the arms, by condition; an arm of two parts has the larger of their numbers."""
         found: dict[tuple[str, str, str, str], Arm] = {}
         for condition in self.conditions:
             for part in self.flights:
@@ -246,7 +245,7 @@ class StudyPlan:
 
     @property
     def count(self) -> int:
-        """Largest number of flights that the plan asks for; `centroid` and given contacts have one solution."""
+        """Largest number of flights; `centroid` and given contacts have one solution."""
         return sum(
             (1 if arm.condition.contacts or arm.method == "centroid" else arm.solutions)
             * arm.trials
@@ -281,6 +280,7 @@ def _kept(wanted: Iterable[str] | None, known: list[str], what: str, plan: str) 
         if name not in known:
             near = nearest(name, known)
             raise InputError(
-                f"the plan {plan!r} has no {what} {name!r}{near}; it has {', '.join(known) or 'none'}"
+                f"{what} must be among those of the plan {plan!r}, {', '.join(known) or 'none'}; "
+                f"got {name!r}{near}"
             )
     return wanted

@@ -135,7 +135,7 @@ def plan_trials(
 
     if contacts is None:
         return [task(None, None, 0, (failure or "no contacts were found",))]
-    payload = arm.condition.carried(arm.inertia)
+    payload = arm.condition.payload_with(arm.inertia)
     tasks, flown = [], 0
     for found in contacts.solutions:
         if flown == arm.solutions:

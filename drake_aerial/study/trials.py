@@ -89,7 +89,7 @@ def _fly(task: TrialTask) -> tuple[Record, dict[str, Array]]:
     record = _empty_record(task)
     if task.contacts is None:
         return record, {}
-    payload = task.condition.carried(task.inertia)
+    payload = task.condition.payload_with(task.inertia)
     placed = place(task.contacts[0], payload)
     record |= _contact_fields(task.contacts[0], placed, payload)
     if task.solution is None:

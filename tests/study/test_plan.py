@@ -61,7 +61,7 @@ def test_choices_keep_order_and_merge_parts(tiny):
     assert [a.method for a in tiny.chosen(methods=["centroid"]).arms()] == ["centroid", "corner"]
     assert [a.belief for a in tiny.chosen(beliefs=["true"], conditions=["A"]).arms()] == ["true"]
     assert tiny.chosen(solutions=4, trials=5).arms()[2].solutions == 4
-    with pytest.raises(InputError, match="nothing is left"):
+    with pytest.raises(InputError, match="no flights with all of these"):
         tiny.chosen(conditions=["A"], methods=["centroid"], beliefs=["true"])
 
 
@@ -123,7 +123,7 @@ def test_bad_plans_are_refused_in_one_line(tmp_path, old, new, words):
 def test_files_may_lie_beside_the_plan(tmp_path):
     write(tmp_path / "mine.yaml", "box: [0.4, 0.3, 0.2]\nmass: 0.2\n")
     plan = StudyPlan.read(write(tmp_path / "p.yaml", GOOD.replace("box_68x61x28", "mine.yaml")))
-    assert plan.conditions[0].carried("file").mass == 0.2
+    assert plan.conditions[0].payload_with("file").mass == 0.2
     before = plan.conditions[0].fingerprint()
     write(tmp_path / "mine.yaml", "box: [0.4, 0.3, 0.2]\nmass: 0.21\n")
     assert plan.conditions[0].fingerprint() != before
@@ -131,7 +131,7 @@ def test_files_may_lie_beside_the_plan(tmp_path):
 
 def test_inertias():
     condition = Condition("A", "bunny", demonstration="flat")
-    table, mesh = condition.carried("table"), condition.carried("mesh")
+    table, mesh = condition.payload_with("table"), condition.payload_with("mesh")
     assert table.inertia.diagonal() == pytest.approx([0.006, 0.0059, 0.0107])
     # A bunny of 0.25 kg, half a metre tall: between a rod's and a shell's, and not the table's.
     assert 0.001 < mesh.inertia[0, 0] < 0.006
