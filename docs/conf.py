@@ -1,4 +1,4 @@
-"""The documentation, built by tools/docs into site/: it opens from disk, and loads nothing from anywhere else."""
+"""Build the documentation (tools/docs) into site/, which opens from disk without a network."""
 
 import sys
 from pathlib import Path

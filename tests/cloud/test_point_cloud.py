@@ -219,7 +219,8 @@ def bad_file(tmp_path, name):
             )
         case "none.pcd":
             path.write_text(
-                "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 0\n"
+                "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\n"
+                "TYPE F F F\nCOUNT 1 1 1\nWIDTH 0\n"
                 "HEIGHT 1\n"
                 "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 0\nDATA ascii\n"
             )

@@ -11,7 +11,7 @@ def closest_normals(mesh, points):
 
 
 def thickness(mesh, points, normals):
-    """How far it is from just below each point, against the outward normal, to the other side of the mesh [m]."""
+    """Return the thickness of the mesh below each point, against the outward normal [m]."""
     scene = o3d.t.geometry.RaycastingScene()
     scene.add_triangles(mesh.vertices.astype(np.float32), mesh.faces.astype(np.uint32))
     surface = scene.compute_closest_points(points.astype(np.float32))["points"].numpy()

@@ -91,7 +91,7 @@ def test_repeats_do_not_matter_where_points_differ_in_one_coordinate_alone():
 
 @pytest.mark.parametrize("sides", [3, 4, 5, 6, 7, 8])
 def test_isotropic_second_moment_falls_back_on_a_higher_one(sides):
-    # A regular prism's corners: the covariance is a multiple of the identity, so its axes are rounding.
+    # A regular prism's corners: the covariance is isotropic, so its axes are rounding errors.
     angle = 2 * np.pi * np.arange(sides) / sides
     ring = np.stack([np.cos(angle), np.sin(angle), np.zeros(sides)], axis=1)
     points = np.concatenate([ring, ring + Z])
@@ -117,7 +117,8 @@ def test_features_are_the_same_in_the_same_order(name):
 
 @pytest.mark.parametrize("sides", [3, 5, 7])
 def test_a_shape_that_one_odd_moment_alone_can_tell(sides):
-    # Two regular polygons of one size, a quarter of their period apart: of all moments up to the eighth only one is there.
+    # Two regular polygons of one size, a quarter of their period apart. Of the moments up to the
+    # eighth, only one is not zero.
     angle = 2 * np.pi / sides * np.concatenate([np.arange(sides), np.arange(sides) + 0.25])
     ring = np.stack([np.cos(angle), np.sin(angle), np.zeros(2 * sides)], axis=1)
     points = np.concatenate([ring, ring + Z])

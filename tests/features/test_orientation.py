@@ -13,7 +13,7 @@ UP = np.array([0.0, 0.0, 1.0])
 
 
 def outward(mesh, noise=0.0, samples=20000):
-    """Whether each feature's normal is within 90 degrees of the mesh's own, and the wall's thickness there [m]."""
+    """Return if each normal is within 90 degrees of the mesh's, and the wall thickness [m]."""
     cloud = PointCloud.read(mesh, samples=samples).with_noise(noise, np.random.default_rng(0))
     f = compute_features(cloud)
     truth = closest_normals(mesh, f.p)
@@ -26,7 +26,8 @@ def test_full_clouds_of_shipped_meshes_point_outward(name, noise):
     mesh = trimesh.load(models_dir() / "meshes" / f"{name}.obj", process=False)
     right, thick = outward(mesh, noise)
     assert right[thick > 0.03].mean() > 0.995
-    # Where a part is thinner than rho, as the teapot's handle, a ball holds all of it and has no normal to find.
+    # Where a part is thinner than rho, as the teapot's handle is, a ball holds all of it, and its
+    # normal is not defined.
     assert right.mean() > 0.95
 
 
@@ -58,7 +59,7 @@ def test_box_seen_from_one_corner_without_viewpoint():
 
 
 def flat(count=41, spacing=0.005):
-    """An exactly flat grid about the origin, whose middle point is its centroid, in the plane of y and z."""
+    """Return a flat grid in the y-z plane; its middle point is its centroid."""
     grid = spacing * (
         np.stack(np.meshgrid(np.arange(count), np.arange(count)), axis=-1).reshape(-1, 2)
         - count // 2
@@ -106,7 +107,7 @@ def test_parts_further_apart_than_the_radius_are_turned_each_by_itself():
 
 
 def test_outward_is_weakly_away_from_the_middle():
-    # Four upright walls with gaps at their corners: four parts, of which nothing else tells the outside.
+    # Four upright walls with gaps at their corners: four parts without another cue for outside.
     wall = flat(31) + [0.15, 0.0, 0.0]
     turns = [
         np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) for c, s in ((1, 0), (0, 1), (-1, 0), (0, -1))

@@ -18,7 +18,7 @@ def test_normals_are_the_directions_of_least_spread():
 
 
 def test_points_are_left_out_until_all_have_enough_neighbours():
-    # A chain of points hangs on a patch; each link has two neighbours besides itself, its last one only one.
+    # A chain of points hangs on a patch. Each link has two neighbours, the last one has one.
     rng = np.random.default_rng(1)
     patch = np.column_stack([rng.uniform(0.0, 0.2, (2000, 2)), np.zeros(2000)])
     chain = np.column_stack([0.2 + 0.025 * np.arange(1, 12), np.full(11, 0.1), np.zeros(11)])

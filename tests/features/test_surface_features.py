@@ -100,7 +100,8 @@ def test_box_normals_point_outward_and_edges_stand_out(noise):
     assert 1.05 < np.median(f.r[edge, 0]) < 1.25
     assert np.median(np.abs(f.r[edge, 1])) < 0.1
     assert np.median(f.saliency[gap[:, 1] > 2 * RHO]) < 0.06
-    # Independent draws leave holes that look like a rim, some 40 points to a ball; evenly sampled surfaces do not.
+    # Independent draws of some 40 points to a ball leave holes that look like a rim; evenly
+    # sampled surfaces do not.
     assert f.rim.mean() < 3e-3
 
 
