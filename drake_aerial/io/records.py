@@ -9,7 +9,7 @@ import dataclasses
 import re
 from collections.abc import Sequence
 from functools import cache, wraps
-from operator import index
+from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar, get_args
 
@@ -112,7 +112,7 @@ def _whole(given: Any) -> Any:
     """Return 3.0 and NumPy's integers as int, and other values unchanged."""
     if isinstance(given, float) and given.is_integer():
         return int(given)
-    return index(given) if hasattr(given, "__index__") and not isinstance(given, bool) else given
+    return int(given) if isinstance(given, Integral) and not isinstance(given, bool) else given
 
 
 def is_record(kind: Any) -> bool:
@@ -196,10 +196,9 @@ def _from_document(cls: Any, given: Any, info: ValidationInfo) -> Any:
 
     Keys in the class's `RETIRED`, which old files have, are dropped.
     """
-    if info.context is None:
-        return given
-    if isinstance(given, str) and info.context["folder"] is not None:
-        return dict(vars(read_record(cls, info.context["folder"] / given)))
+    folder = info.context and info.context["folder"]
+    if isinstance(given, str) and folder:
+        return dict(vars(read_record(cls, folder / given)))
     if isinstance(given, dict):
         given = {k: v for k, v in given.items() if k not in getattr(cls, "RETIRED", ())}
         known = cls.__pydantic_fields__
@@ -242,7 +241,7 @@ def _sentence(record: Any, error: ValidationError) -> str:
         choices = re.findall(r"'([^']*)'", context["expected"])
         message = f"must be one of {', '.join(choices)}"
     else:
-        message = _SENTENCES.get(kind, first["msg"]).format(**context)
+        message = _SENTENCES[kind].format(**context) if kind in _SENTENCES else first["msg"]
     return f"{name} {message}, got {shown(given)}{nearest(given, choices)}".strip()
 
 

@@ -46,6 +46,8 @@ WRONG = [
     ({"depths": [1, 2.5]}, "`depths[1]` must be a whole number, got 2.5"),
     ({"depths": [True]}, "`depths[0]` must be a whole number, got True"),
     ({"depths": [0]}, "`depths[0]` must be >= 1, got 0"),
+    ({"depths": [{}]}, "`depths[0]` must be a whole number, got {}"),
+    ({"length": 10**400}, "`length` must be a number, got 1000"),
     ({"wooden": "no"}, "`wooden` must be true or false, got 'no'"),
     ({"wooden": 1}, "`wooden` must be true or false, got 1"),
     ({"name": 3}, "`name` must be a text, got 3"),
@@ -81,6 +83,12 @@ def test_a_wrong_argument_is_refused_in_the_same_words(values, message):
         replace(Boat(), **values)
 
 
+def test_a_mapping_in_place_of_a_record_is_checked_in_the_constructor_too():
+    assert Boat(spare={"area": 3}).spare == Sail(3.0)
+    with pytest.raises(InputError, match=r"^`spare`: unknown key 'aera'"):
+        Boat(spare={"aera": 3})
+
+
 def test_a_positional_argument_is_named():
     with pytest.raises(InputError, match=r"^`area` must be > 0 m\^2, got 0.0$"):
         Sail(0.0)
@@ -100,6 +108,8 @@ def test_arguments_that_do_not_exist_are_type_errors():
 def test_numpy_values_become_plain_ones():
     sail = Sail(np.float32(2.0), np.int64(3))
     assert (type(sail.area), type(sail.sheets)) == (float, int)
+    with pytest.raises(InputError, match="`sheets` must be a whole number"):
+        Sail(sheets=np.ones(3))
     assert Boat(hull=np.arange(3.0)).hull == (0.0, 1.0, 2.0)
 
 
