@@ -137,24 +137,34 @@ def run_study(
     {'completed': 2}
     """
     plan = plan if isinstance(plan, StudyPlan) else StudyPlan.read(plan)
-    report = progress or (lambda fraction, what: None)
-    began = time.perf_counter()
-    errors: list[str] = []
     with (
         StudyFolder(out).opened_for(plan) as folder,
         open_executor(workers, scheduler) as executor,
     ):
-        _write_inputs(plan, folder)
-        tasks = _plan_trials(plan, _find_contacts(plan, folder, executor, report, errors))
-        done = _recorded(folder, tasks, complete=not errors)
-        flown = _fly_trials(tasks, done, folder, executor, report, errors)
-        sort_records(folder.path, [task.key for task in tasks])
-        wall = time.perf_counter() - began
-        session = {"wall_s": round(wall, 1), "flights": flown, "workers": scheduler or workers}
-        folder.add_timing({}, session)
-        records, complaints = read_records(folder.path)
+        report = progress or (lambda fraction, what: None)
+        return _run(plan, folder, executor, report, {"workers": scheduler or workers})
+
+
+def _run(
+    plan: StudyPlan,
+    folder: StudyFolder,
+    executor: Executor,
+    report: Progress,
+    session: dict[str, Any],
+) -> StudySummary:
+    """Run a study in its folder; `session` is added to timing.json."""
+    began = time.perf_counter()
+    errors: list[str] = []
+    _write_inputs(plan, folder)
+    tasks = _plan_trials(plan, _find_contacts(plan, folder, executor, report, errors))
+    done = _recorded(folder, tasks, complete=not errors)
+    flown = _fly_trials(tasks, done, folder, executor, report, errors)
+    sort_records(folder.path, [task.key for task in tasks])
+    wall = time.perf_counter() - began
+    folder.add_timing({}, {"wall_s": round(wall, 1), "flights": flown, **session})
+    records, complaints = read_records(folder.path)
     return StudySummary(
-        folder=Path(out),
+        folder=folder.path,
         planned=len(tasks),
         found=len(done),
         flown=flown,
