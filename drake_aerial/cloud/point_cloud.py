@@ -180,11 +180,11 @@ class PointCloud:
             raise InputError(f"the scan is one camera's view in camera axes; up is {text}")
 
     def assuming(self, *assumptions: Assumption) -> PointCloud:
-        """Return the cloud with more assumptions recorded."""
+        """Return the cloud with additional assumptions."""
         return replace(self, assumptions=self.assumptions + assumptions)
 
     def from_camera(self, camera: dict[str, Any]) -> PointCloud:
-        """Return the cloud with the intrinsics of the depth camera recorded."""
+        """Return the cloud with the intrinsics of its depth camera."""
         return replace(self, camera=camera)
 
     def __len__(self) -> int:

@@ -22,7 +22,7 @@ _MAX_CUBES = 2**20
 
 
 def stray_points(points: Array) -> NDArray[np.bool_]:
-    """Return a mask (N,) of the stray ones among points (N, 3).
+    """Return a mask (N,) that is True for the stray points in `points` (N, 3).
 
     Groups of points are separated by gaps of at least 10 % of the cloud's extent. Stray groups are
     those of at most 1 % of the points, and those whose points are all equal, as depth cameras

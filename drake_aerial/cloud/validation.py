@@ -21,7 +21,7 @@ _MAX_STEP = 2e-3
 
 
 def check_points(points: Array, label: str) -> None:
-    """Check that points (N, 3) are a surface of a possible size in metres.
+    """Check that points (N, 3) span a surface of plausible size in metres.
 
     Raises
     ------
@@ -66,7 +66,7 @@ def rounding_step(points: Array) -> float:
 
 
 def unit_hint(extent: float) -> str:
-    """Return a question that names the likely units of a cloud of this extent in its own unit."""
+    """Return a question that names the likely length unit of a cloud of this extent."""
     low, high = _PLAUSIBLE
     likely = [
         f"{name} (then it is {extent * factor:.3g} m)"

@@ -174,7 +174,7 @@ class PayloadController(LeafSystem):
         return None
 
     def set_thrusts(self, context: Context, thrust: Array) -> None:
-        """Set the command until the first control step, thrusts (n, 3) [N], in this context.
+        """Set the thrusts (n, 3) [N] that this context commands until the first control step.
 
         The default is the minimum thrust.
         """

@@ -1,4 +1,4 @@
-"""The canonical frame of a cloud, which moves with the cloud and ignores the points' order."""
+"""Canonical frame of a cloud: it moves with the cloud and ignores the order of points."""
 
 from __future__ import annotations
 

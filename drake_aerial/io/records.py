@@ -260,7 +260,7 @@ def _place(record: Any, where: Sequence[str | int]) -> tuple[str, Any]:
 
 
 def range_text(field: Any) -> str:
-    """Return the range of a field's number, or of the numbers in its list: "> 0", "in (0, 1]"."""
+    """Return the allowed range of a field, or of a list field's items: "> 0", "in (0, 1]"."""
     bounds = {
         type(leaf): f"{dataclasses.astuple(leaf)[0]:g}"
         for leaf in (*_leaves(field.annotation), *field.metadata)

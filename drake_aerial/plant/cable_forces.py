@@ -48,7 +48,7 @@ class CableSystem:
     release: GripperRelease | None
 
     def install(self, simulator: Simulator) -> None:
-        """Let overloaded grippers go in a simulation, whatever the kind of cable.
+        """Install the release of overloaded grippers in a simulation, for either kind of cable.
 
         Inextensible cables need a monitor for it. The simulator's present monitor is called after
         it. Call this after `simulator.set_monitor`, which would replace the monitor, and before

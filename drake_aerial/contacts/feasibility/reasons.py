@@ -10,7 +10,7 @@ import numpy as np
 
 
 class ReasonKind(Enum):
-    """Kind of a reason; its value is the text of such reasons, which contacts.json holds."""
+    """Kind of a reason; its value is the text (or template) that contacts.json holds."""
 
     UPSIDE_DOWN = "upside down (its axis points {value:.0f} deg above the horizontal)"
     UPSIDE_DOWN_AFTER_MOVE = "upside down where it was moved to (the surface faces {value:.0f} deg)"

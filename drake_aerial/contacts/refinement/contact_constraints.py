@@ -170,7 +170,7 @@ class CableConstraint:
 
 
 class SeparationConstraint:
-    """Quadrotors apart: squared distance of every pair over the squared least distance.
+    """Separation of quadrotors: squared distance of every pair over the squared least distance.
 
     Parameters
     ----------

@@ -159,7 +159,7 @@ class ContactProgram:
         return self._variables.q
 
     def tensions(self) -> np.ndarray:
-        """Return the variables of tension over the payload's weight, shape (n,); none if n = 1."""
+        """Return the tension variables (n,), as fractions of the weight; empty if n = 1."""
         return self._tensions
 
     def gripper_variables(self) -> np.ndarray:
@@ -213,7 +213,7 @@ class ContactProgram:
         guess = np.nan_to_num(self._prog.initial_guess())
         best = drake_solver.Solve(self._prog, guess, options)
         if not self._has_point(best):
-            raise JobError(f"{solver} found no point: {best.get_solution_result().name}")
+            raise JobError(f"{solver} found no solution: {best.get_solution_result().name}")
         solution, rng = self._solution(best), np.random.default_rng(seed)
         for _ in range(_RETRIES):
             if not self._stuck(best, solution, guess):

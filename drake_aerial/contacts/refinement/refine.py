@@ -1,4 +1,4 @@
-"""Refinement of annealed solutions: each seeds a contact program, whose end is kept if better."""
+"""Refinement of solutions: each is the initial guess of a contact program; the better is kept."""
 
 from __future__ import annotations
 
