@@ -43,6 +43,6 @@ def find_scan(record: Mapping[str, Any], folder: Path | None) -> PointCloud:
             return scan
     if found:
         raise InputError(
-            f"scan {found[0]} must be the one of these contacts, but its points differ"
+            f"scan {found[0]} is not the scan of these contacts: its points differ"
         )
     raise InputError(f"scan {path} of these contacts was not found, also not beside contacts.json")
