@@ -42,7 +42,5 @@ def find_scan(record: Mapping[str, Any], folder: Path | None) -> PointCloud:
         if record.get("sha256") in (None, "", scan.sha256):
             return scan
     if found:
-        raise InputError(
-            f"scan {found[0]} is not the scan of these contacts: its points differ"
-        )
+        raise InputError(f"scan {found[0]} is not the scan of these contacts: its points differ")
     raise InputError(f"scan {path} of these contacts was not found, also not beside contacts.json")
