@@ -109,8 +109,8 @@ def aerial_skill() -> Callable[..., ContactSkill]:
 def aerial_scan() -> Callable[..., PointCloud]:
     """``aerial_scan(payload="box_68x68x28", viewpoint=None, noise=0.0, seed=0)``: a synthetic scan.
 
-    The scan covers the whole surface, or, with a `viewpoint` (3,) [m], what a depth camera there
-    sees. `noise` [m] is per coordinate, or along the camera's rays.
+    The scan covers the whole surface, or, with a `viewpoint` (3,) [m], the part that a depth camera
+    there sees. `noise` [m] is per coordinate, or along the camera's rays.
     """
 
     def scan(

@@ -40,7 +40,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         sys.stderr.close()
         return 1
     except OSError as error:
-        # A fault of the machine: full disk, no permission, too many open files.
+        # An error of the operating system: full disk, no permission, too many open files.
         where = f" {error.filename}" if error.filename else ""
         code, message = 2, one_line(f"{error.strerror or error}{where}")
     print(f"{name}: {message}", file=sys.stderr)

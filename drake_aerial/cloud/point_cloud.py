@@ -39,7 +39,8 @@ class PointCloud:
     dropped_points : int
         Number of points that were dropped: not finite, or stray.
     assumptions : tuple of Assumption
-        What reading assumed beyond the defaults; empty for a clean cloud in metres with z up.
+        Assumptions made while reading, other than the defaults; empty for a clean cloud in
+        metres with z up.
     up_is_known : bool
         False for a camera's points in its own axes whose `up` was not given.
     camera : dict or None

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from drake_aerial.geometry import Array
 
-# Clouds of fewer points are taken as they are.
+# Clouds of fewer points are not searched for stray points.
 _MIN_POINTS = 200
 # Points and neighbours from which the typical spacing is estimated.
 _SAMPLE, _NEIGHBOURS = 1000, 8

@@ -16,7 +16,7 @@ LINE_RATIO = 1e-3
 # Sizes [m] of payloads. Others are probably in another unit.
 _PLAUSIBLE = (0.02, 5.0)
 _UNITS = {"millimetres": 1e-3, "centimetres": 1e-2, "inches": 0.0254, "feet": 0.3048}
-# Largest rounding step of 32-bit coordinates [m] at which surface features are right.
+# Largest rounding step of 32-bit coordinates [m] at which surface features are accurate.
 _MAX_STEP = 2e-3
 
 

@@ -9,7 +9,7 @@ from drake_aerial.geometry import Array
 
 # Points at which the distance is measured.
 _SAMPLE = 400
-# Neighbours are looked for up to this multiple of the radius.
+# Neighbours are searched up to this multiple of the radius.
 _REACH = 3.0
 
 

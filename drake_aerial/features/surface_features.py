@@ -95,7 +95,7 @@ class SurfaceFeatures:
     edge_saliency : float
         Saliency of rim features.
     assumptions : tuple of Assumption
-        What was assumed about the cloud's spacing and its outside.
+        Assumptions about the cloud's spacing and its outward side.
 
     Examples
     --------

@@ -229,7 +229,7 @@ def _sentence(record: Any, error: ValidationError) -> str:
     kind, given, context, where = first["type"], first["input"], first.get("ctx", {}), first["loc"]
     if where and isinstance(where[0], int):  # a positional argument
         where = (list(record.__pydantic_fields__)[where[0]], *where[1:])
-    # What a list lacks is an error of the list.
+    # A missing item is reported as an error of the list.
     path, field = _place(record, where[:-1] if kind == "missing" else where)
     name = f"`{path}`" if path else ""
     if kind == "value_error":

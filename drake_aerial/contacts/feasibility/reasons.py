@@ -45,7 +45,7 @@ class Reason:
     Attributes
     ----------
     kind : ReasonKind
-        What is wrong.
+        Kind of the reason.
     gripper : int or None
         Index of the gripper, from 0. None if it concerns all of them, or there is only one.
     pair : (int, int) or None
