@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from drake_aerial._version import __version__ as __version__
 
-# Type checkers take this name for true; importing it from `typing` would double the import time.
+# Type checkers treat this name as True; importing it from `typing` would double the import time.
 TYPE_CHECKING = False
 
 if TYPE_CHECKING:

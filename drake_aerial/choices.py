@@ -1,4 +1,4 @@
-"""Names that users choose among, for the library and the command line.
+"""Accepted names of methods, beliefs, controllers and cables, for library and command line.
 
 Importing this module loads nothing else, so the command line can list the names in its help.
 """
@@ -16,7 +16,7 @@ METHODS = {
 Method = Literal["task", "paper", "kopicki", "control", "centroid"]
 Belief = Literal["below_contact", "geometric", "true"]
 BELIEFS: tuple[Belief, ...] = get_args(Belief)
-"""What a controller is told about the payload's centre of mass and inertia."""
+"""Source of the centre of mass and inertia that a controller assumes."""
 ControllerKind = Literal["mpc", "geometric_ff", "geometric"]
 CONTROLLERS: tuple[ControllerKind, ...] = get_args(ControllerKind)
 """Kinds of controllers."""

@@ -1,4 +1,4 @@
-"""Configuration files: read them, write them, print their defaults; one class per noun."""
+"""Configuration files of components: reading, writing and default values."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def parameters_text(parameters: Any) -> str:
 
 
 def defaults_text(noun: str, kind: str | None = None) -> str:
-    """Return a noun's defaults as YAML with comments.
+    """Return the default parameters of a component as YAML with comments.
 
     Parameters
     ----------
@@ -199,7 +199,7 @@ def read_station(
 
 
 def noun_class(noun: str) -> Any:
-    """Return the class of a noun's parameters; for a controller, the union of two classes.
+    """Return the class of a component's parameters; for a controller, the union of two classes.
 
     Raises
     ------

@@ -5,15 +5,15 @@ The command line maps `InputError` to exit code 2 and `JobError` to exit code 1.
 
 
 class DrakeAerialError(Exception):
-    """Base of every error that this package raises on purpose."""
+    """Base class of the package's own errors."""
 
 
 class InputError(DrakeAerialError, ValueError):
-    """Bad input: the message names what was given and what is accepted."""
+    """Invalid input: the message names the given and the accepted values."""
 
 
 class JobError(DrakeAerialError, RuntimeError):
-    """The input was good but the job failed, for instance because no contact is feasible."""
+    """The input was valid but the job failed, for instance because no contact is feasible."""
 
 
 def one_line(message: object) -> str:

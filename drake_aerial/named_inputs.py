@@ -47,7 +47,7 @@ def read_skill(name_or_path: str | Path, *, seed: int = 0) -> ContactSkill:
     if not os.path.isfile(path):
         shipped = ", ".join(model_files.names("demonstrations"))
         raise InputError(
-            f"skill must be a .npz file, a demonstration's YAML file or one of {shipped}, "
+            f"`skill` must be a .npz file, a demonstration's YAML file or one of {shipped}, "
             f"got {str(name_or_path)!r} (no such file)"
         )
     return ContactSkill.load(path)
@@ -99,7 +99,7 @@ def read_scan(
     names = model_files.names("payloads")
     if str(name_or_path) not in names:
         raise InputError(
-            f"scan must be a file or one of the payloads {', '.join(names)}, "
+            f"`scan` must be a file or one of the payloads {', '.join(names)}, "
             f"got {str(name_or_path)!r} (no such file)"
         )
     from drake_aerial.plant.payload import Payload

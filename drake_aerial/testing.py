@@ -1,4 +1,4 @@
-"""A pytest plugin to test what you build with this package.
+"""Pytest plugin: fixtures and assertions for code that uses this package.
 
 It has fixtures that make scans, skills, stations and flights (``aerial_...``) and assertions on
 flights. Switch it on in your ``conftest.py``::
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 
 def contacts_from_above(payload: Payload, places: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """Return the highest points of a payload's surface at horizontal places.
+    """Return the highest points of a payload's surface at horizontal positions.
 
     Parameters
     ----------
@@ -109,8 +109,8 @@ def aerial_skill() -> Callable[..., ContactSkill]:
 def aerial_scan() -> Callable[..., PointCloud]:
     """``aerial_scan(payload="box_68x68x28", viewpoint=None, noise=0.0, seed=0)``: a synthetic scan.
 
-    The scan covers the whole surface, or, with a `viewpoint` (3,) [m], what a depth camera there
-    sees. `noise` [m] is per coordinate, or along the camera's rays.
+    The scan covers the whole surface, or, with a `viewpoint` (3,) [m], the part that a depth camera
+    there sees. `noise` [m] is per coordinate, or along the camera's rays.
     """
 
     def scan(
@@ -207,7 +207,7 @@ def assert_tracks(
     largest: float | None = None,
     phase: str | None = None,
 ) -> None:
-    """Fail unless the payload stayed on its path.
+    """Fail unless the distance from the reference path is within limits.
 
     Parameters
     ----------

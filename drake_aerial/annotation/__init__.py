@@ -1,1 +1,1 @@
-"""Making a demonstration: contacts by position or by clicks in a browser. It learns nothing."""
+"""Creation of demonstrations: contacts by position or by clicks in a browser. No learning."""

@@ -53,7 +53,7 @@ class Touch:
 
 
 class DemonstrationDraft:
-    """A cloud on which contacts are chosen.
+    """A cloud and its surface, on which the contacts of a demonstration are placed.
 
     Attributes
     ----------

@@ -24,7 +24,7 @@ _LARGEST_REQUEST = 1_000_000
 
 
 class DemonstrationServer:
-    """Serves the page of a draft on 127.0.0.1; a context manager.
+    """Web server of a draft's page on 127.0.0.1, as a context manager.
 
     The URL has a secret part, so that no other page or user of the machine can write the file.
 

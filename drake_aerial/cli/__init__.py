@@ -1,10 +1,10 @@
-"""The command line: a command reads its arguments and calls one public function.
+"""Command line: each command reads its arguments and calls one public function.
 
 Results go to files. stdout carries a short summary, or one line of JSON with ``--json``; errors and
 progress go to stderr. Exit codes: 0 done, 1 the job failed, 2 bad input or usage, 130 interrupted.
 
 Each module named after a command declares its arguments in `add_command` and does the job in `run`.
-`run` imports what is heavy, so that help is fast. To add a command, write its module and list it in
+`run` does the slow imports, so that help is fast. To add a command, write its module and list it in
 `COMMANDS`.
 """
 
@@ -40,7 +40,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         sys.stderr.close()
         return 1
     except OSError as error:
-        # A fault of the machine: full disk, no permission, too many open files.
+        # An error of the operating system: full disk, no permission, too many open files.
         where = f" {error.filename}" if error.filename else ""
         code, message = 2, one_line(f"{error.strerror or error}{where}")
     print(f"{name}: {message}", file=sys.stderr)

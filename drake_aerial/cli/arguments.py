@@ -77,7 +77,7 @@ def add_seed(command: argparse.ArgumentParser) -> None:
 
 
 def add_json(command: argparse.ArgumentParser, what: str) -> None:
-    """Add the switch that prints `what` as one line of JSON."""
+    """Add ``--json``, which prints `what` as one line of JSON."""
     command.add_argument("--json", action="store_true", help=f"print {what} as JSON on stdout")
 
 

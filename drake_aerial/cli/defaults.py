@@ -23,7 +23,7 @@ def add_command(commands: argparse._SubParsersAction) -> None:
     command.add_argument(
         "--kind",
         metavar="KIND",
-        help=f"of a controller ({', '.join(CONTROLLERS)}) or a cable ({', '.join(CABLES)})",
+        help=f"kind of controller ({', '.join(CONTROLLERS)}) or cable ({', '.join(CABLES)})",
     )
     command.add_argument(
         "--out", type=Path, metavar="FILE.yaml", help="write a file instead of printing"

@@ -12,7 +12,10 @@ from drake_aerial.cli.output import progress_bar
 def add_command(commands: argparse._SubParsersAction) -> None:
     """Add the command and its arguments."""
     command = commands.add_parser(
-        "demo", help="run an example: learn from a demonstration, transfer, fly twice, report"
+        "demo",
+        help="run an example: learn from a demonstration, transfer, fly twice, report",
+        description="Run an example: learn from a demonstration, transfer to a new scan, fly "
+        "twice, and write a report.",
     )
     command.add_argument(
         "--out",

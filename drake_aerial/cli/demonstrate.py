@@ -14,6 +14,8 @@ def add_command(commands: argparse._SubParsersAction) -> None:
     command = commands.add_parser(
         "demonstrate",
         help="define a demonstration: click contacts on a cloud in the browser, or give positions",
+        description="Define a demonstration: click contacts on a cloud in the browser, or give "
+        "their positions with --at.",
     )
     add_scan(command)
     command.add_argument(

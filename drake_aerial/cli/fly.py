@@ -34,7 +34,7 @@ def add_command(commands: argparse._SubParsersAction) -> None:
         "--mass",
         type=float,
         metavar="KG",
-        help="mass of a payload known by its scan alone (default: 0.25)",
+        help="mass of a payload that is known only by its scan (default: 0.25)",
     )
     command.add_argument(
         "--cloud",
@@ -53,7 +53,7 @@ def add_command(commands: argparse._SubParsersAction) -> None:
         "--belief",
         choices=BELIEFS,
         default="below_contact",
-        help="centre of mass and inertia that the controller believes in (default: below_contact)",
+        help="centre of mass and inertia that the controller assumes (default: below_contact)",
     )
     command.add_argument(
         "--controller",
@@ -70,14 +70,16 @@ def add_command(commands: argparse._SubParsersAction) -> None:
     command.add_argument(
         "--station",
         metavar="FILE.yaml",
-        help="team, wind, sensors (default: the paper's); the next four override its parts",
+        help="team, wind and sensors (default: the paper's); the next four options override parts",
     )
-    command.add_argument("--quadrotor", metavar="FILE.yaml", help="all quadrotors")
+    command.add_argument("--quadrotor", metavar="FILE.yaml", help="parameters of all quadrotors")
     command.add_argument(
-        "--cable", metavar="KIND|FILE", help=f"all cables: {' or '.join(CABLES)}, or a YAML file"
+        "--cable",
+        metavar="KIND|FILE",
+        help=f"{', '.join(CABLES)}, or a YAML file with parameters of all cables",
     )
-    command.add_argument("--gripper", metavar="FILE.yaml", help="all grippers")
-    command.add_argument("--wind", metavar="FILE.yaml", help="wind")
+    command.add_argument("--gripper", metavar="FILE.yaml", help="parameters of all grippers")
+    command.add_argument("--wind", metavar="FILE.yaml", help="parameters of the wind")
     command.add_argument(
         "--force",
         action="store_true",

@@ -11,7 +11,11 @@ from drake_aerial.cli.output import print_result
 
 def add_command(commands: argparse._SubParsersAction) -> None:
     """Add the command and its arguments."""
-    command = commands.add_parser("learn", help="learn a contact skill from one demonstration")
+    command = commands.add_parser(
+        "learn",
+        help="learn a contact skill from one demonstration",
+        description="Learn a contact skill from one demonstration.",
+    )
     command.add_argument(
         "demonstration",
         metavar="DEMONSTRATION",

@@ -29,7 +29,7 @@ def say_assumptions(record: dict[str, Any]) -> None:
 
 @contextmanager
 def progress_bar(label: str) -> Iterator[Callable[[float, str], None]]:
-    """Yield a callback that takes the fraction done and the present step.
+    """Yield a callback that takes the fraction done and the current step.
 
     It draws a bar on stderr if that is a terminal.
     """

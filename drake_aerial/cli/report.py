@@ -11,7 +11,9 @@ from drake_aerial.cli.output import progress_bar
 def add_command(commands: argparse._SubParsersAction) -> None:
     """Add the command and its arguments."""
     command = commands.add_parser(
-        "report", help="write the figures and report.html of a study from its records"
+        "report",
+        help="write the figures and report.html of a study from its records",
+        description="Write the figures and report.html of a study from its records.",
     )
     command.add_argument(
         "folder", type=Path, metavar="DIR", help="a study's folder, which holds records.jsonl"

@@ -15,6 +15,8 @@ def add_command(commands: argparse._SubParsersAction) -> None:
     command = commands.add_parser(
         "study",
         help="run a study (conditions x methods x solutions x trials); resumes if interrupted",
+        description="Run a study (conditions x methods x solutions x trials) and write its report. "
+        "If the run is interrupted, the same command resumes it.",
     )
     command.add_argument(
         "--out", type=Path, required=True, metavar="DIR", help="folder of records and report"

@@ -25,7 +25,10 @@ if TYPE_CHECKING:
 def add_command(commands: argparse._SubParsersAction) -> None:
     """Add the command and its arguments."""
     command = commands.add_parser(
-        "transfer", help="find contacts for a skill's grippers on a new scan"
+        "transfer",
+        help="find contacts for a skill's grippers on a new scan",
+        description="Find contacts for a skill's grippers on a new scan. The exit code is 1 if no "
+        "solution is feasible.",
     )
     command.add_argument(
         "skill",
@@ -37,7 +40,11 @@ def add_command(commands: argparse._SubParsersAction) -> None:
         "--out", type=Path, required=True, metavar="contacts.json", help="file to write"
     )
     command.add_argument(
-        "--method", choices=METHODS, default="task", help="search method (default: task)"
+        "--method",
+        choices=METHODS,
+        default="task",
+        help="task (default); paper: as published; kopicki: the paper's baseline; control: "
+        "task without votes; centroid: above the centroid of the scan, without learning",
     )
     command.add_argument(
         "--top",
@@ -52,12 +59,12 @@ def add_command(commands: argparse._SubParsersAction) -> None:
         "--mass",
         type=float,
         metavar="KG",
-        help="also check that the paper's quadrotors lift this payload mass (default: no check)",
+        help="also check that the paper's quadrotors can lift this mass (default: no check)",
     )
     command.add_argument(
         "--refine",
         action="store_true",
-        help="refine each solution with a MathematicalProgram; a worse one is not kept",
+        help="refine each solution with a MathematicalProgram, and keep the better one",
     )
     command.add_argument(
         "--html", type=Path, metavar="FILE", help="also write an HTML page that shows the contacts"

@@ -15,7 +15,10 @@ from drake_aerial.errors import InputError
 def add_command(commands: argparse._SubParsersAction) -> None:
     """Add the command and its arguments."""
     command = commands.add_parser(
-        "view", help="show a cloud, skill, contacts or trial as one self-contained HTML page"
+        "view",
+        help="show a cloud, skill, contacts or trial as one self-contained HTML page",
+        description="Show a cloud, skill, contacts or trial as one self-contained HTML page, or in "
+        "Meshcat (--live).",
     )
     command.add_argument(
         "file", type=Path, metavar="FILE", help="a cloud, SKILL.npz, contacts.json or trial.npz"

@@ -1,1 +1,1 @@
-"""Point clouds: the value, its readers, mesh sampling and partial views. No surface features."""
+"""Point clouds: class, file readers, mesh sampling and partial views. No surface features."""

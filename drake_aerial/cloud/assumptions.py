@@ -1,4 +1,4 @@
-"""Assumptions that reading a cloud made: small values, printed and recorded with the results."""
+"""Assumptions made while a cloud is read; they are printed and recorded with the results."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class AssumptionKind(StrEnum):
 
 @dataclass(frozen=True)
 class Assumption:
-    """One statement on how a cloud was read.
+    """One assumption about a cloud's axes, unit or points.
 
     Attributes
     ----------

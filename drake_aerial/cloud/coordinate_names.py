@@ -1,4 +1,4 @@
-"""Find the columns of a table, of a file or a structured array, that hold x, y and z."""
+"""Find the columns x, y and z of a table file or a structured array."""
 
 from __future__ import annotations
 

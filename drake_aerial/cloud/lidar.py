@@ -43,7 +43,7 @@ def _read_las(path: Path) -> np.ndarray:
         if reader.header.point_count == 0:
             return np.zeros((0, 3))
         if path.suffix.lower() == ".las" and reader.header.point_count > path.stat().st_size:
-            raise ValueError(f"{reader.header.point_count} points declared")
+            raise ValueError(f"{reader.header.point_count} points do not fit into the file")
         cloud = reader.read()
     if len(cloud.points) < reader.header.point_count:
         raise ValueError(

@@ -39,7 +39,8 @@ class PointCloud:
     dropped_points : int
         Number of points that were dropped: not finite, or stray.
     assumptions : tuple of Assumption
-        What reading assumed beyond the defaults; empty for a clean cloud in metres with z up.
+        Assumptions made while reading, other than the defaults; empty for a clean cloud in
+        metres with z up.
     up_is_known : bool
         False for a camera's points in its own axes whose `up` was not given.
     camera : dict or None
@@ -180,11 +181,11 @@ class PointCloud:
             raise InputError(f"the scan is one camera's view in camera axes; up is {text}")
 
     def assuming(self, *assumptions: Assumption) -> PointCloud:
-        """Return the cloud with more assumptions recorded."""
+        """Return the cloud with additional assumptions."""
         return replace(self, assumptions=self.assumptions + assumptions)
 
     def from_camera(self, camera: dict[str, Any]) -> PointCloud:
-        """Return the cloud with the intrinsics of the depth camera recorded."""
+        """Return the cloud with the intrinsics of its depth camera."""
         return replace(self, camera=camera)
 
     def __len__(self) -> int:

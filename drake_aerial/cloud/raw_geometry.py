@@ -31,7 +31,7 @@ class RawGeometry:
     viewpoint : (3,) array or None
         The sensor's position [m], if the source has it.
     assumptions : tuple of Assumption
-        What the reader assumed.
+        Assumptions of the reader.
     in_camera_axes : bool
         True for a depth image's points in the camera's frame, z forward.
     """

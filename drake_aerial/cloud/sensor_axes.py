@@ -1,4 +1,4 @@
-"""Recognise a cloud that is one depth image's points in the camera's own axes."""
+"""Detect clouds from a single depth image that are still in camera axes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _MAX_SPREAD, _MIN_SHARED = 0.05, 4
 
 
 def camera_axes(points: Array) -> str | None:
-    """Return "z forward" or "z backward" if points (N, 3) are a camera's pixels, else None.
+    """Return "z forward" or "z backward" for points (N, 3) in camera axes, else None.
 
     The rays from the origin through the points then form a lattice: x/z has one value for each
     column of pixels, y/z one for each row. Points on a lattice in x and y themselves, such as a

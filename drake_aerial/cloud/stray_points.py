@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from drake_aerial.geometry import Array
 
-# Clouds of fewer points are taken as they are.
+# Clouds of fewer points are not searched for stray points.
 _MIN_POINTS = 200
 # Points and neighbours from which the typical spacing is estimated.
 _SAMPLE, _NEIGHBOURS = 1000, 8
@@ -22,7 +22,7 @@ _MAX_CUBES = 2**20
 
 
 def stray_points(points: Array) -> NDArray[np.bool_]:
-    """Return a mask (N,) of the stray ones among points (N, 3).
+    """Return a mask (N,) that is True for the stray points in `points` (N, 3).
 
     Groups of points are separated by gaps of at least 10 % of the cloud's extent. Stray groups are
     those of at most 1 % of the points, and those whose points are all equal, as depth cameras

@@ -16,12 +16,12 @@ LINE_RATIO = 1e-3
 # Sizes [m] of payloads. Others are probably in another unit.
 _PLAUSIBLE = (0.02, 5.0)
 _UNITS = {"millimetres": 1e-3, "centimetres": 1e-2, "inches": 0.0254, "feet": 0.3048}
-# Largest rounding step of 32-bit coordinates [m] at which surface features are right.
+# Largest rounding step of 32-bit coordinates [m] at which surface features are accurate.
 _MAX_STEP = 2e-3
 
 
 def check_points(points: Array, label: str) -> None:
-    """Check that points (N, 3) are a surface of a possible size in metres.
+    """Check that points (N, 3) span a surface of plausible size in metres.
 
     Raises
     ------
@@ -66,7 +66,7 @@ def rounding_step(points: Array) -> float:
 
 
 def unit_hint(extent: float) -> str:
-    """Return a question that names the likely units of a cloud of this extent in its own unit."""
+    """Return a question that names the likely length unit of a cloud of this extent."""
     low, high = _PLAUSIBLE
     likely = [
         f"{name} (then it is {extent * factor:.3g} m)"

@@ -60,5 +60,5 @@ class CanonicalScan:
 
     @cached_property
     def surface(self) -> LocalSurface:
-        """The visible surface in N, on which grippers are set down."""
+        """The visible surface in N, onto which grippers are projected."""
         return LocalSurface(self.features)

@@ -35,11 +35,11 @@ class ContactQuery:
         return self.likelihood(invert(self.scan.X_SN) @ X_SG)
 
     def log_query(self, gripper: int = 0) -> Array:
-        """Return log Q_n (N,) of a gripper that stands on each feature along its normal."""
+        """Return log Q_n (N,) of a gripper at each feature, aligned with the feature's normal."""
         return self.likelihood.queries[gripper].log_density(self.scan.features.pose)
 
     def log_votes(self, gripper: int | None = None) -> Array:
-        """Return log V (N,) at every feature, at its best yaw; zeros for methods without V.
+        """Return log V (N,) at each feature for the best yaw; zeros for methods without votes.
 
         V is a density of the formation's origin. Without `gripper` it is evaluated at the feature.
         With one it is evaluated at the origin of the formation whose `gripper` stands on the
@@ -73,7 +73,7 @@ class ContactQuery:
         return self.log_query(gripper) + self.likelihood.gamma * self.log_votes(gripper)
 
     def votes_S(self) -> tuple[Array, Array]:
-        """Return the votes' positions (M, 3) in S [m], at the scan's top, and weights (M,)."""
+        """Return votes: positions (M, 3) in S [m], at the scan's top height; weights (M,)."""
         votes = self.likelihood.votes
         if votes is None:
             return np.empty((0, 3)), np.empty(0)

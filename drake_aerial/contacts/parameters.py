@@ -78,4 +78,4 @@ class TransferParameters:
     def __post_init__(self) -> None:
         first, last = self.temperature
         if last > first:
-            raise InputError(f"`temperature` must not rise, got {[first, last]}")
+            raise InputError(f"`temperature` must not increase, got {[first, last]}")

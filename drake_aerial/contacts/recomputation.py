@@ -1,4 +1,4 @@
-"""Recompute the densities of a saved transfer: contacts.json holds the solutions alone."""
+"""Recompute the densities of a saved transfer: contacts.json holds only solutions."""
 
 from __future__ import annotations
 

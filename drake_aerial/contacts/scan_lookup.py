@@ -32,7 +32,7 @@ def find_scan(record: Mapping[str, Any], folder: Path | None) -> PointCloud:
     """
     path = record.get("path")
     if not path:
-        raise InputError("these contacts name no scan file")
+        raise InputError("the contacts do not name a scan file")
     places = [Path(path)]
     if folder is not None:
         places += [folder / path, folder / Path(path).name]
@@ -42,7 +42,5 @@ def find_scan(record: Mapping[str, Any], folder: Path | None) -> PointCloud:
         if record.get("sha256") in (None, "", scan.sha256):
             return scan
     if found:
-        raise InputError(
-            f"scan {found[0]} is not the one these contacts were found on: its points differ"
-        )
-    raise InputError(f"scan {path} of these contacts is neither there nor beside contacts.json")
+        raise InputError(f"scan {found[0]} is not the scan of these contacts: its points differ")
+    raise InputError(f"scan {path} of these contacts was not found, also not beside contacts.json")

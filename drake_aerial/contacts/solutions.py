@@ -75,10 +75,13 @@ class Solution:
 
     @classmethod
     def from_dict(cls, values: dict[str, Any]) -> Solution:
-        """Return the solution that `to_dict` gave."""
+        """Return the solution of an entry of contacts.json; the inverse of `to_dict`."""
         grippers, quadrotors = values["grippers"], values["quadrotors"]
         if len(grippers) != len(quadrotors) or not grippers:
-            raise ValueError(f"{len(grippers)} grippers and {len(quadrotors)} quadrotors")
+            raise ValueError(
+                "`grippers` and `quadrotors` must be of equal length and not empty, "
+                f"got {len(grippers)} and {len(quadrotors)}"
+            )
         return cls(
             rank=int(values["rank"]),
             log_likelihood=float(values["log_likelihood"]),
@@ -179,7 +182,7 @@ class ContactSolutions:
         return json.dumps(self.to_dict(), indent=1, allow_nan=False) + "\n"
 
     def write(self, path: str | Path) -> None:
-        """Write contacts.json, whole or not at all.
+        """Write contacts.json atomically.
 
         Raises
         ------

@@ -40,7 +40,7 @@ def transfer(
     parameters: TransferParameters | None = None,
     progress: Callable[[float, str], None] | None = None,
 ) -> ContactSolutions:
-    """Find where the skill's grippers belong on a new cloud.
+    """Find contacts for the skill's grippers on a new cloud.
 
     The method works in the cloud's canonical frame N. Contacts therefore follow the cloud under yaw
     and translation, and under any rotation if `up` turns with it.

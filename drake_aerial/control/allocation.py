@@ -77,12 +77,12 @@ class Allocation:
 
     @property
     def min_thrust(self) -> float:
-        """Thrust with all propellers at their slowest [N]."""
+        """Thrust with all propellers at minimum speed [N]."""
         return 4.0 * self.thrust_ratio * self.min_rpm**2
 
     @property
     def max_thrust(self) -> float:
-        """Thrust with all propellers at their fastest [N]."""
+        """Thrust with all propellers at maximum speed [N]."""
         return 4.0 * self.thrust_ratio * self.max_rpm**2
 
     def wrench(self, squared_rpm: ArrayLike) -> Array:

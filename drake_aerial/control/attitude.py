@@ -94,7 +94,7 @@ def attitude_law(
 
 
 class AttitudeController(LeafSystem):
-    """Turns each quadrotor to the direction of its commanded thrust vector, with yaw zero.
+    """Attitude controller: thrust axes follow the commanded thrust vectors, with yaw zero.
 
     The law is M = -K_rot e_R - K_ang W + W x J W with e_R = vee(R_d^T R - R^T R_d) / 2. The thrust
     is the component of the command along the quadrotor's z. No rate is fed forward. The system has

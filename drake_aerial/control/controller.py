@@ -138,7 +138,7 @@ class PayloadController(LeafSystem):
         thrust : (n, 3) array
             Last command, in the world [N].
         memory : array
-            Whatever the law carries to the next control step, to be updated in place. Zeros mean
+            State of the law between control steps, to be updated in place. Zeros mean
             that flight begins. Its length is that of `initial_memory`.
 
         Returns
@@ -159,7 +159,7 @@ class PayloadController(LeafSystem):
     def holds_plan(self, memory: Array) -> bool:
         """Return True if the last command is kept at this control step; False by default.
 
-        It is asked before `compute_thrusts`. It may update `memory` in place, for instance to
+        It is called before `compute_thrusts`. It may update `memory` in place, for instance to
         count the steps since the last plan.
         """
         return False
@@ -174,7 +174,7 @@ class PayloadController(LeafSystem):
         return None
 
     def set_thrusts(self, context: Context, thrust: Array) -> None:
-        """Set the command until the first control step, thrusts (n, 3) [N], in this context.
+        """Set the thrusts (n, 3) [N] that this context commands until the first control step.
 
         The default is the minimum thrust.
         """

@@ -138,7 +138,7 @@ class GeometricController(PayloadController):
         )
 
     def initial_memory(self) -> Array:
-        """Return zeros: whether there is a last mu, and the last mu (3 n)."""
+        """Return zeros: a flag (1 if there is a previous mu) and the previous mu (3 n)."""
         return np.zeros(1 + 3 * self._n)
 
     def for_smaller_team(self, model: PayloadModelParameters) -> GeometricController | None:

@@ -44,7 +44,7 @@ class FlightLaw(Protocol):
 
 @dataclass(frozen=True)
 class GripperLosses:
-    """Which grippers are lost, and the positions at that time.
+    """Lost grippers, and the positions to hold since the loss.
 
     Attributes
     ----------

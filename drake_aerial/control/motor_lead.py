@@ -17,7 +17,7 @@ RESPONSE = 0.01
 
 
 class MotorLead(LeafSystem):
-    """Inverts the lag of the motors, tau omega' = command - omega, with a model of their speeds.
+    """Inverse of the motor lag tau omega' = command - omega, with a model of the speeds.
 
     The desired response to wanted speeds w is omega' = (w - omega) / T, with T = `response`. The
     command is omega + tau omega' = omega + tau / T (w - omega), within the propeller's limits. The

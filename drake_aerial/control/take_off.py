@@ -72,7 +72,7 @@ class TakeOffMemory(NamedTuple):
 
 @record(frozen=True)
 class TakeOff:
-    """How to take off from the ground."""
+    """Take-off from the ground: phases, gains and thresholds."""
 
     position_gain: tuple[NonNegative, NonNegative, NonNegative] = (6.0, 6.0, 10.0)
     """Position gain of a quadrotor that flies on its own, along x, y, z [1/s^2]: row "pos" of the

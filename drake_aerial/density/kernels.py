@@ -139,5 +139,5 @@ def sample_axis(mu: ArrayLike, sigma: float, rng: np.random.Generator) -> Array:
 
 
 def turned_to_axis(q: ArrayLike, z: ArrayLike) -> Array:
-    """Turn frames q (N, 4) by the smallest rotations that move their z axes to `z` (N, 3)."""
+    """Rotate frames q (N, 4) by the smallest rotations that move their z axes to `z` (N, 3)."""
     return quat_multiply(quat_from_two_vectors(axis_of(q, 2), z), q)

@@ -29,17 +29,17 @@ class DiscreteModel(NamedTuple):
 
     @property
     def Phi(self) -> Array:
-        """(B, nx, nx), a view."""
+        """Transition matrices (B, nx, nx), a view."""
         return self.flow[:, :, -1 - self.flow.shape[1] : -1]
 
     @property
     def Gamma(self) -> Array:
-        """(B, nx, 3 n), a view."""
+        """Input matrices (B, nx, 3 n), a view."""
         return self.flow[:, :, : -1 - self.flow.shape[1]]
 
     @property
     def drift(self) -> Array:
-        """(B, nx), a view."""
+        """Drift (B, nx) at zero deviation, a view."""
         return self.flow[:, :, -1]
 
 

@@ -104,7 +104,7 @@ def _smooth(values: Array, width: float) -> Array:
 def producible_attitude(
     model: PayloadModelParameters, yaw: float, force: Array, moment: Array
 ) -> Array:
-    """Return the attitudes q_WL (T, 4) next to upright in which the cables can apply a wrench.
+    """Return the attitudes q_WL (T, 4) closest to level at which the cables can apply a wrench.
 
     Parameters
     ----------

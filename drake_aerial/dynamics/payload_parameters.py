@@ -19,7 +19,7 @@ from drake_aerial.statics.gravity import GRAVITY
 class PayloadModelParameters:
     """Parameters of one rigid payload and n quadrotors, point masses on taut cables.
 
-    A scalar stands for n equal values of a quantity per quadrotor. Gripper and cable masses belong
+    A scalar means n equal values of a quantity per quadrotor. Gripper and cable masses belong
     to the payload.
 
     Parameters

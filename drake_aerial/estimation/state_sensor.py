@@ -15,7 +15,7 @@ from drake_aerial.plant.world import TIME_STEP
 
 
 class StateSensor(LeafSystem):
-    """Samples payload, quadrotors and cables at a fixed rate and holds the samples.
+    """Sampler of the states of payload, quadrotors and cables at a fixed rate, with hold.
 
     The payload's measured position has independent Gaussian noise on every coordinate. The cables'
     directions are measured directly, or computed from the noisy position.

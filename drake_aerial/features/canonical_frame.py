@@ -1,4 +1,4 @@
-"""The canonical frame of a cloud, which moves with the cloud and ignores the points' order."""
+"""Canonical frame of a cloud: it moves with the cloud and ignores the order of points."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def _principal_yaw(plane: NDArray[np.complex128]) -> float:
         if np.abs(moment) > _SIGNIFICANT * np.sum(radius**order):
             candidates = (np.angle(moment) + 2.0 * np.pi * np.arange(order)) / order
             return _break_tie(plane, candidates)
-    # Rotationally symmetric to rounding: any yaw will do.
+    # Rotationally symmetric to rounding: any yaw is valid.
     return float(np.angle(plane[np.argmax(radius)]))
 
 

@@ -172,7 +172,7 @@ class BallNeighbourhoods:
 
 
 def order_by_place(points: Array, side: float) -> NDArray[np.int64]:
-    """Return the order (N,) of points (N, 3) by cubes of about that side [m].
+    """Return an order (N,) of points (N, 3) by cubes of about `side` [m].
 
     In this order, neighbours are near each other in memory.
     """

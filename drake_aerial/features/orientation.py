@@ -17,7 +17,7 @@ _DIRECTIONS = 128
 # Weights of "outward is up" and "outward is away from the centroid"; extremal points have 1.
 _UP_WEIGHT = 3.0
 _AWAY_WEIGHT = 0.25
-# Points at which plates are looked for, and the fraction with a second layer that makes a plate.
+# Points at which plates are searched, and the fraction with a second layer that makes a plate.
 _LAYER_SAMPLE, _LAYERED = 300, 0.25
 # Heights above this fraction of the radius belong to another layer.
 _LAYER_HEIGHT = 0.15

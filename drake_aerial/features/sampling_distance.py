@@ -9,12 +9,12 @@ from drake_aerial.geometry import Array
 
 # Points at which the distance is measured.
 _SAMPLE = 400
-# Neighbours are looked for up to this multiple of the radius.
+# Neighbours are searched up to this multiple of the radius.
 _REACH = 3.0
 
 
 def sampling_distance(points: Array, radius: float) -> float:
-    """Return the median distance [m] from a point to its neighbours, in the direction of fewest.
+    """Return the median distance [m] between neighbours in the most sparsely sampled direction.
 
     LiDAR scans are dense along a ring and sparse across: the nearest neighbour would not show it.
     Around a point, the tangent plane is divided into four sectors, of which one has the nearest

@@ -69,7 +69,7 @@ class FeatureParameters:
 
     @property
     def voxel_size(self) -> float:
-        """Side of the cubes [m] with the default filled in; 0 is none."""
+        """Voxel size [m] after the default is filled in; 0 means no downsampling."""
         return self.rho / 4.0 if self.voxel is None else self.voxel
 
 
@@ -95,7 +95,7 @@ class SurfaceFeatures:
     edge_saliency : float
         Saliency of rim features.
     assumptions : tuple of Assumption
-        What was assumed about the cloud's spacing and its outside.
+        Assumptions about the cloud's spacing and its outward side.
 
     Examples
     --------
@@ -130,7 +130,7 @@ class SurfaceFeatures:
 
     @property
     def saliency(self) -> Array:
-        """|r1|, and `edge_saliency` at a rim, where curvature says nothing; (N,)."""
+        """Saliency (N,): |r1|, or `edge_saliency` at rims, where curvature is undefined."""
         return np.where(self.rim, self.edge_saliency, np.abs(self.r[:, 0]))
 
     @property
@@ -156,7 +156,7 @@ class SurfaceFeatures:
         return replace(self, p=pose.p, q=pose.q)
 
     def spun(self, rng: np.random.Generator) -> Pose:
-        """Draw frames from the features' own ambiguity: poses X_Fv, batch (N,).
+        """Draw one frame per feature within its ambiguity: poses X_Fv, batch (N,).
 
         The sign of k1 is unknown, and k1 itself where the curvatures are equal. Each frame turns
         about its normal by 0 or pi with probability 1/2, except at a rim, and by a Gaussian angle

@@ -1,1 +1,1 @@
-"""Files: whole writes, archives, YAML and JSON, records, shipped models. Nothing of the method."""
+"""Files: atomic writes, archives, YAML and JSON, records, shipped models."""

@@ -1,4 +1,4 @@
-"""NumPy files from outside: no pickled objects, and a limit on the memory that they take."""
+"""Read untrusted NumPy files: no pickled objects, and a limit on their memory."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Write whole files or none: under a temporary name first, which is then renamed."""
+"""Atomic file writes: a temporary file is written first, then renamed."""
 
 from __future__ import annotations
 
@@ -51,12 +51,12 @@ def replacing(path: str | Path) -> Iterator[Path]:
 
 
 def write_text(path: str | Path, text: str) -> None:
-    """Write a UTF-8 text file, whole or not at all."""
+    """Write a UTF-8 text file atomically."""
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
 
 
 def write_bytes(path: str | Path, data: bytes) -> None:
-    """Write a binary file, whole or not at all."""
+    """Write a binary file atomically."""
     with replacing(path) as temporary:
         temporary.write_bytes(data)

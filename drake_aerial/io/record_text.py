@@ -94,7 +94,7 @@ def _flow(value: Any) -> str:
     if isinstance(value, float):
         if not math.isfinite(value):
             return ".inf" if value > 0 else "-.inf"
-        # Other YAML readers take 1e-09, which lacks a point, for a text.
+        # Other YAML readers read 1e-09, which has no decimal point, as text.
         return re.sub(r"^(-?\d+)e", r"\1.0e", repr(float(value)))
     text = str(value)
     return text if not isinstance(value, str) or yaml.safe_load(text) == text else json.dumps(text)

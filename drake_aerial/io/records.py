@@ -228,7 +228,7 @@ def _sentence(record: Any, error: ValidationError) -> str:
     kind, given, context, where = first["type"], first["input"], first.get("ctx", {}), first["loc"]
     if where and isinstance(where[0], int):  # a positional argument
         where = (list(record.__pydantic_fields__)[where[0]], *where[1:])
-    # What a list lacks is an error of the list.
+    # A missing item is reported as an error of the list.
     path, field = _place(record, where[:-1] if kind == "missing" else where)
     name = f"`{path}`" if path else ""
     if kind == "value_error":
@@ -259,7 +259,7 @@ def _place(record: Any, where: Sequence[str | int]) -> tuple[str, Any]:
 
 
 def range_text(field: Any) -> str:
-    """Return the range of a field's number, or of the numbers in its list: "> 0", "in (0, 1]"."""
+    """Return the allowed range of a field, or of a list field's items: "> 0", "in (0, 1]"."""
     bounds = {
         type(leaf): f"{dataclasses.astuple(leaf)[0]:g}"
         for leaf in (*_leaves(field.annotation), *field.metadata)

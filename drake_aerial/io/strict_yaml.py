@@ -65,7 +65,7 @@ class _Loader(yaml.SafeLoader):
         return mapping
 
 
-# YAML 1.1 reads 5e3, which lacks a point, as a text.
+# YAML 1.1 reads 5e3, which has no decimal point, as text.
 _Loader.add_implicit_resolver(
     "tag:yaml.org,2002:float",
     re.compile(r"[-+]?(?:(?:\d+\.?\d*|\.\d+)[eE][-+]?\d+|inf)$"),

@@ -1,4 +1,4 @@
-"""Cable between a quadrotor and a gripper, of two kinds; it pulls and never pushes."""
+"""Cable between a quadrotor and a gripper: inextensible or elastic; it can only pull."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ class Cable:
     grip: MultibodyConstraintId | None = None
 
     def set_default_pose(self, plant: MultibodyPlant, slack: float) -> None:
-        """Let the quadrotor start level and straight above its contact, in new contexts.
+        """Set the quadrotor's pose in new contexts: level, straight above its contact.
 
         The contact is where the payload's own default pose has it. Call it again after that pose
         has been changed (`plant.SetDefaultFloatingBaseBodyPose`).

@@ -48,7 +48,7 @@ class CableSystem:
     release: GripperRelease | None
 
     def install(self, simulator: Simulator) -> None:
-        """Let overloaded grippers go in a simulation, whatever the kind of cable.
+        """Install the release of overloaded grippers in a simulation, for either kind of cable.
 
         Inextensible cables need a monitor for it. The simulator's present monitor is called after
         it. Call this after `simulator.set_monitor`, which would replace the monitor, and before
@@ -93,7 +93,7 @@ def connect_cables(
 ) -> CableSystem:
     """Add the system that computes the tensions of n cables and applies elastic forces.
 
-    A gripper that is pulled by more than its holding force lets go by itself on an elastic cable.
+    A gripper on an elastic cable is released automatically if its holding force is exceeded.
     On an inextensible one it does so only after `CableSystem.install(simulator)`; without it a
     RuntimeWarning says that the gripper stays attached.
 

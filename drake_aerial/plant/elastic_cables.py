@@ -58,7 +58,7 @@ class ElasticCables(LeafSystem):
         self._masses = np.array([cable.quadrotor.body.default_mass() for cable in cables])
         self._mass, self._p_LoC, self._inertia = _suspended(plant, cables)
         state = self.DeclareDiscreteState(np.ones(n))
-        # Of the last step: its time, the rates of the stretches, and their accelerations from T.
+        # Data of the last step: time, rates of the stretches, and their accelerations from T.
         self._last = self.DeclareDiscreteState(np.concatenate([[-np.inf], np.zeros(2 * n)]))
         sources = {
             self._payload_state.ticket(),
@@ -96,7 +96,7 @@ class ElasticCables(LeafSystem):
         matrix = matrix * attached
         last = context.get_discrete_state(self._last).value()
         other = np.zeros(len(stretch))
-        # After the time has been set there is no last step.
+        # If the time was set by hand, there is no previous step.
         if 0.0 < context.get_time() - last[0] < 1.5 * self._step:
             before, by_tension = last[1:].reshape(2, -1)
             other = (rate - before) / self._step - by_tension

@@ -31,7 +31,7 @@ class GripperRelease:
 
     @property
     def is_needed(self) -> bool:
-        """Whether any gripper has a finite holding force."""
+        """True if a gripper has a finite holding force."""
         return self._tensions.can_release
 
     def let_go(self, root_context: Context, i: int) -> None:

@@ -1,4 +1,4 @@
-"""The holding forces of grippers: when a cable's tension pulls a gripper off its payload."""
+"""Holding forces of grippers: the cable tensions that pull a gripper off its payload."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class HoldingForces:
 
     @property
     def are_finite(self) -> bool:
-        """Whether at least one gripper can let go."""
+        """True if a gripper has a finite holding force, so that it can release."""
         return bool(np.isfinite(self.limit).any())
 
     def exceeded(self, tension: Array, xi: Array, R_WL: Array) -> NDArray[np.bool_]:
@@ -45,7 +45,7 @@ class HoldingForces:
 
 
 def safe_slide_rate(cable: Cable, time_step: float) -> float:
-    """Return the rate of a cable's slide below which its gripper cannot be overloaded [m/s].
+    """Return the rate of a cable's prismatic joint below which no overload is possible [m/s].
 
     A taut cable pulls with less than 1.5 times the thrust and weight of its quadrotor, swinging
     included. A larger tension needs an impact, which stops the quadrotor's mass within one step.

@@ -13,7 +13,7 @@ _MAX_FEET = 6
 
 
 def feet(vertices: Array, com: Array) -> tuple[Array, bool]:
-    """Return the points on which a payload stands, and whether they are on its own shape.
+    """Return the points on which a payload stands, and True if they are on its surface.
 
     If the lowest part of the shape (2 % of its height, at most 1 cm) supports the centre of mass,
     its corners are the feet. A payload that would topple, such as a bunny whose mass is at its

@@ -62,7 +62,7 @@ def _load(path: Path) -> Any:
     import trimesh
 
     if not os.path.isfile(path):
-        raise InputError(f"there is no mesh file {path}")
+        raise InputError(f"no such file: {path}")
     geometry = read_geometry(path)
     if geometry.faces is None:
         raise InputError(f"{path} holds no triangles; a payload needs a mesh")

@@ -32,7 +32,7 @@ TURBULENCE_PERIOD = 0.002
 
 @record(frozen=True)
 class WindParameters:
-    """Mean wind, a gust and turbulence, which add up; with zeros, the drag of still air remains.
+    """Mean wind plus a gust plus turbulence; with zeros, only the drag in still air remains.
 
     Vectors are in the world frame. The wind is the same everywhere, and acts on the payload and on
     the quadrotors. Not modelled: the quadrotors' downwash on the payload and on one another, the

@@ -51,7 +51,7 @@ def contact_properties(friction: float = 0.8) -> ProximityProperties:
     AddContactMaterial(
         20.0, 2.0 * CONTACT_STIFFNESS, CoulombFriction(friction, friction), properties
     )
-    # Of SAP's linear dissipation; with its default of 0.1 s a landed payload creeps up for 1 s.
+    # Relaxation time of SAP [s]; with the default, 0.1 s, a landed payload creeps up for 1 s.
     properties.AddProperty("material", "relaxation_time", 0.01)
     return properties
 

@@ -137,7 +137,7 @@ def take_off(
 
 
 def rest(phase: str, duration: float, here: Any) -> Line:
-    """Return a rest of `duration` [s], the parameter `<phase>_time`, at the point here (3,) [m]."""
+    """Return a rest of `duration` [s], parameter `<phase>_time`, at the point `here` (3,) [m]."""
     return Line(phase, number(f"{phase}_time", duration), tuple(here), tuple(here))
 
 

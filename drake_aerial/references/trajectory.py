@@ -131,7 +131,7 @@ class Trajectory:
         return replace(self, start=point("p_WL", np.ravel(p_WL)))
 
     def sample(self, t: ArrayLike) -> TrajectorySample:
-        """Return the reference at times t (...) [s]; before 0 it rests at the start."""
+        """Return the reference at times t (...) [s]; before 0 it is at rest at the start."""
         t = np.asarray(t, float)
         flat = t.ravel()
         stack = np.zeros((5, len(flat), 3))

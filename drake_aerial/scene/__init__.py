@@ -1,1 +1,1 @@
-"""Scenes: from sensor data to point clouds. No files of points, which are in `cloud`."""
+"""Sensor data as point clouds: depth cameras and images. Point files are in `cloud`."""

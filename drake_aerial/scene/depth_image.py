@@ -103,7 +103,7 @@ def _read_file(path: Path) -> np.ndarray:
     suffix = path.suffix.lower()
     if suffix not in FORMATS:
         accepted = " ".join(FORMATS)
-        raise InputError(f"{path} is no depth image; accepted formats are {accepted}")
+        raise InputError(f"{path} is not a depth image; accepted formats are {accepted}")
     if not os.path.isfile(path):
         raise InputError(f"no such file: {path}")
     if suffix == ".npy":

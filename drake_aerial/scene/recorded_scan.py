@@ -1,4 +1,4 @@
-"""Read the scan again that a result's record names."""
+"""Re-read the scan that a result's record names."""
 
 from __future__ import annotations
 

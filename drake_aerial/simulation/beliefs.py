@@ -79,7 +79,7 @@ def believed_model(
     scan_L : (N, 3), optional
         Scan of the payload in L, z up [m]; by default the vertices of its surface.
     quadrotors, cable, gripper : parameters, or sequences of n
-        The true ones of the team; one cable or gripper stands for n equal ones.
+        The true ones of the team; one cable or gripper means n equal ones.
     mass_ratio : float
         Believed mass of the payload over its true mass; scales its inertia too.
 

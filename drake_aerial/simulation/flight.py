@@ -176,7 +176,7 @@ class Flight:
                 simulator.Initialize()
                 simulator.AdvanceTo(trajectory.duration)
         except (RuntimeError, ArithmeticError, ValueError) as error:
-            # Solver or controller failed at a state that is far from any flight.
+            # Solver or controller failed at a state outside the flight envelope.
             if monitor.is_open:
                 monitor.end("diverged", one_line(error)[:200], context.get_time())
         cpu_time = time.process_time() - start

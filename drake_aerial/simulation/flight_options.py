@@ -1,4 +1,4 @@
-"""How a payload is flown: belief, controller, trajectory and team."""
+"""Options of a flight: belief, controller, trajectory and team."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _CLASSES: dict[str, Callable[..., PayloadController]] = {
 
 @record(frozen=True)
 class FlightOptions:
-    """How to fly: the options of a `Flight`. Each field is also a keyword of `fly`.
+    """Options of a `Flight`; each field is also a keyword of `fly`.
 
     Raises
     ------

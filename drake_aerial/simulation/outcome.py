@@ -129,7 +129,7 @@ class FlightMonitor:
 
     @property
     def is_open(self) -> bool:
-        """Whether the outcome is open: the flight has not ended, or grippers hold after a drop."""
+        """True while the outcome is open: the flight goes on, or grippers hold after a drop."""
         return self.time is None or self._holding
 
     @property
@@ -186,7 +186,7 @@ class FlightMonitor:
         return self._phase is None
 
     def end(self, outcome: str, reason: str, time: float) -> None:
-        """Record an outcome, its reason and time [s]; after a drop, that of the remaining team."""
+        """Record an outcome, its reason and time [s]; after a drop, those of the remaining team."""
         holding = outcome == "dropped" and self._attached.any()
         self._until = time + (
             self._wait if holding else 0.0 if outcome == "diverged" else _TIME_AFTER_END

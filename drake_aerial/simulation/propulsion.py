@@ -137,7 +137,7 @@ def add_propulsion(
     lag_time = parameters.motor_lag
     wanted, hold, lead = attitude.GetOutputPort("propeller_commands"), None, None
     if parameters.attitude_period != 0.0:
-        # Two steps after the sensor, so that it holds what the newest sample has led to.
+        # Two steps after the sensor, so that it holds the command from the newest sample.
         hold = builder.AddNamedSystem(
             "attitude_hold",
             CommandHold(hover, parameters.attitude_period, 2.0 * parameters.step),

@@ -1,4 +1,4 @@
-"""The start of a trial: payload, quadrotors and cables at rest, on the ground or in the air."""
+"""Initial state of a trial: payload, quadrotors and cables at rest, on ground or in the air."""
 
 from __future__ import annotations
 

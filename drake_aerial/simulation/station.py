@@ -238,7 +238,7 @@ class TransportStation(Diagram):
         return moved
 
     def install(self, simulator: Simulator) -> None:
-        """Let overloaded grippers go in a simulation of this station, or of a diagram with it.
+        """Install the release of overloaded grippers in a simulation with this station.
 
         Call it after `set_monitor` and before `Initialize`; see `CableSystem.install`.
         """

@@ -96,8 +96,8 @@ class SuspendedPayload:
             payload = Payload.from_cloud(scan, TABLE_MASS if mass is None else mass)
         elif mass is not None:
             raise InputError(
-                "`mass` must be left out if a payload is given: it is for a payload known by its "
-                "scan alone"
+                "`mass` must not be given with `payload`: it is for a payload that is known only "
+                "by its scan"
             )
         visible = geometry.transform(payload.X_SP, payload.vertices) if points is None else points
         p_SL = visible.mean(axis=0) if centroid is None else np.asarray(centroid, dtype=float)

@@ -222,7 +222,7 @@ def _scan(contacts: ContactSolutions, folder: Path | None, *, needed: bool) -> P
     """
     from drake_aerial.contacts.scan_lookup import find_scan
 
-    # A payload on a scan without a file flies by its own surface, as from contacts.json.
+    # Without a scan file the payload's own surface is used, as with contacts.json.
     if contacts.scan is not None and (needed or contacts.scan.path):
         return contacts.scan
     try:

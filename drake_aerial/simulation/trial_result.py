@@ -66,7 +66,7 @@ class TrialResult:
         return str(self.metrics["outcome"])
 
     def save(self, folder: str | Path) -> None:
-        """Write metrics.json and trial.npz into a folder, each whole or not at all.
+        """Write metrics.json and trial.npz into a folder, each atomically.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""The contact skill: all that `transfer` needs of one demonstration, and its .npz file."""
+"""Contact skill: the models that `transfer` uses, learnt from one demonstration; .npz file."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ class ContactSkill:
         return buffer.getvalue()
 
     def save(self, path: str | Path) -> None:
-        """Write the skill to an .npz file, whole or not at all.
+        """Write the skill to an .npz file atomically.
 
         Raises
         ------
@@ -155,7 +155,7 @@ class ContactSkill:
 
     @classmethod
     def load(cls, path: str | Path) -> ContactSkill:
-        """Read a skill that `save` wrote; every array is bit-equal.
+        """Read a skill that `save` wrote; arrays are equal bit by bit.
 
         Raises
         ------
@@ -238,5 +238,5 @@ class ContactSkill:
 
 def _read(path: Path) -> dict[str, np.ndarray]:
     if not os.path.isfile(path):
-        raise InputError(f"no skill file {path}; `drake-aerial learn` writes one")
+        raise InputError(f"no such file: {path}; `drake-aerial learn` writes a skill")
     return load_archive(path, "a skill")

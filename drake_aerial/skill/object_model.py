@@ -77,12 +77,12 @@ class ObjectModel:
 
 
 def draw_evenly(index: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
-    """Draw `count` of the indices, sorted; how often two of them occur differs by at most one."""
+    """Draw `count` indices, sorted; the numbers of draws of any two differ by at most one."""
     repeats, rest = divmod(count, len(index))
     return np.sort(np.concatenate([np.tile(index, repeats), rng.permutation(index)[:rest]]))
 
 
 def with_random_turns(features: SurfaceFeatures, rng: np.random.Generator) -> SurfaceFeatures:
-    """Return the features with their frames turned at random within their ambiguity."""
+    """Return the features with their frames rotated at random within their ambiguity."""
     pose = features.spun(rng)
     return replace(features, p=pose.p, q=pose.q)

@@ -8,7 +8,7 @@ from drake_aerial.geometry import IDENTITY, Array, cross
 
 BALANCE_TOLERANCE = 0.02
 """Largest residual in equilibrium: force over weight, moment over weight times size."""
-# Contacts whose spread across their line is a smaller part of their size count as collinear.
+# Contacts whose spread across their line is a smaller fraction of their size count as collinear.
 _COLLINEAR = 0.05
 
 

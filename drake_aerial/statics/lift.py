@@ -1,4 +1,4 @@
-"""What quadrotors can lift: the largest tension of each cable, and overload of a level payload."""
+"""Lift of quadrotors: the largest tension of each cable, and overload by a level payload."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Lift:
 
 
 def smallest_overload(p_LoC: Array, weight: float, spare: Array) -> tuple[float, Array] | None:
-    """Return by how much vertical cables that hold a payload level must exceed what they can bear.
+    """Return the smallest overload [N] of vertical cables that hold a payload level.
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ TAUT = 1e-3
 
 
 def tensions(p_NC: Array, p_NQ: Array, centre: Array, largest: Array | None = None) -> Array | None:
-    """Return the cable tensions of a payload at rest, as parts of its weight.
+    """Return the cable tensions of a payload at rest, as fractions of its weight.
 
     Among the non-negative tensions that balance the weight, those with the smallest residual. If
     there are many (four cables, or three at collinear contacts), the smallest in norm; if that

@@ -1,1 +1,1 @@
-"""Studies: plan, conditions, trials, records, workers. Numbers are in analysis, pages in report."""
+"""Studies: plan, conditions, trials, records, workers. Numbers: `analysis`; pages: `report`."""

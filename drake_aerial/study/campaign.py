@@ -241,7 +241,7 @@ def _recorded(folder: StudyFolder, tasks: list[TrialTask], *, complete: bool) ->
     foreign = done - {task.key for task in tasks}
     if foreign and complete:
         raise InputError(
-            f"{folder.path} holds {len(foreign)} records that this study does not make, such as "
+            f"{folder.path} holds {len(foreign)} records of another study, such as "
             f"{min(foreign)}: a payload, a demonstration or the contacts changed; "
             "give another folder (--out)"
         )

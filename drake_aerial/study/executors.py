@@ -26,7 +26,7 @@ R = TypeVar("R")
 
 
 class Executor(Protocol):
-    """Runs the tasks of a study."""
+    """Executor of the tasks of a study."""
 
     def run(
         self, function: Callable[[T], R], tasks: Sequence[T]
@@ -35,7 +35,7 @@ class Executor(Protocol):
 
 
 class InProcessExecutor:
-    """Runs one task after the other in this process."""
+    """Executor that runs one task after the other in this process."""
 
     def run(
         self, function: Callable[[T], R], tasks: Sequence[T]
@@ -51,7 +51,7 @@ class InProcessExecutor:
 
 
 class DaskExecutor:
-    """Runs as many tasks at a time as a Dask cluster has workers.
+    """Executor that runs one task at a time on each worker of a Dask cluster.
 
     Dask gives the task of a worker that dies to another worker.
 
@@ -115,7 +115,7 @@ class DaskExecutor:
                 done: set[Any] = wait(running, _POLL_PERIOD, "FIRST_COMPLETED").done
         except TimeoutError:
             if any(future.status in ("cancelled", "lost") for future in running):
-                raise JobError("the scheduler forgot a task") from None
+                raise JobError("the scheduler lost a task") from None
             return set()
         return done
 
@@ -131,7 +131,7 @@ class DaskExecutor:
 
 @contextmanager
 def open_executor(workers: int = 0, scheduler: str | None = None) -> Iterator[Executor]:
-    """Yield an executor.
+    """Yield an executor, and close its cluster afterwards.
 
     Parameters
     ----------

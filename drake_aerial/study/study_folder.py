@@ -1,4 +1,4 @@
-"""The folder of a study: its files, read without failing, and written by one study at a time."""
+"""Folder of a study: unreadable files give warnings; one study at a time may write."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ class StudyFolder:
             return {"transfers": {}, "sessions": []}
 
     def warn(self, text: str) -> None:
-        """Add a warning; the report's bytes do not depend on where the folder is."""
+        """Add a warning, with paths relative to the folder."""
         text = text.replace(f"{self.path}/", "")
         if text not in self.warnings:
             self.warnings.append(text)
@@ -207,7 +207,7 @@ class StudyFolder:
             )
 
     def append(self, record: Record, series: Mapping[str, Array]) -> None:
-        """Write the series of a trial, then its record: a record is never without its series.
+        """Write the series of a trial, then its record, so that each record has its series.
 
         Raises
         ------

@@ -1,1 +1,1 @@
-"""Images, plots and HTML pages of the method's values and of flights. It computes no results."""
+"""Images, plots and HTML pages of clouds, skills, contacts and flights. No computed results."""

@@ -111,7 +111,7 @@ def view_of(path: str | Path, *, skill: ContactSkill | None = None) -> View:
     path = Path(path)
     if not os.path.isfile(path):
         raise InputError(
-            f"no file {path}: give a cloud, a skill .npz, a contacts.json or a trial.npz"
+            f"no such file: {path}; give a cloud, a skill .npz, a contacts.json or a trial.npz"
         )
     if path.suffix == ".json":
         from drake_aerial.contacts.solutions import ContactSolutions

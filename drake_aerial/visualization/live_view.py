@@ -41,7 +41,7 @@ def live_view(
     port: int | None = None,
     open_browser: bool = False,
 ) -> Iterator[str]:
-    """Serve a view of a file until the context is left.
+    """Serve a view of a file until the context manager exits.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def live_flight(
 
 
 class LiveFlight:
-    """Moves a `FlightScene` with a simulation, at most at real time.
+    """Monitor that moves a `FlightScene` with a simulation, in real time at most.
 
     Attributes
     ----------

@@ -23,7 +23,7 @@ def figure(
 
 
 def save_figure(drawing: Any, path: str | Path, dpi: int = 130) -> None:
-    """Write a figure as PNG, PDF or SVG, by the ending of the path."""
+    """Write a figure as PNG, PDF or SVG, by the suffix of the path."""
     path = Path(path)
     # Dates and versions would make the bytes differ.
     metadata = {"pdf": {"CreationDate": None}, "png": {"Software": None}, "svg": {"Date": None}}

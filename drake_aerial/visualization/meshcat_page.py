@@ -42,7 +42,7 @@ def write_meshcat_page(
 
 
 def card(title: str, legend: Legend, text: str = "") -> str:
-    """Return the HTML of the folding card."""
+    """Return the HTML of the collapsible card."""
     rows = [(_css(color), label) for color, label in legend]
     return fill_template("meshcat_card.html", {"title": title, "legend": rows, "text": text})
 

@@ -34,7 +34,7 @@ def render(
     azimuth, elevation : float
         Direction from the middle of the bounds to the camera [rad]; azimuth from +x towards +y.
     bounds : pair of (3,) arrays, optional
-        Lower and upper corner of what must be in view [m]; the whole mesh by default.
+        Lower and upper corner of the visible box [m]; the whole mesh by default.
     zoom : float
         Above 1 the camera comes nearer.
     """

@@ -50,10 +50,10 @@ def test_another_cloud_of_the_same_name_does_not_hide_the_right_one(points, reco
 
 
 def test_messages_tell_what_is_missing(points, record, tmp_path):
-    with pytest.raises(InputError, match=r"scan .*scan\.npy .* neither there nor beside"):
+    with pytest.raises(InputError, match=r"scan .*scan\.npy .* not found, also not beside"):
         find_scan(record, tmp_path)
     np.save(tmp_path / "scan.npy", points + 0.1)
-    with pytest.raises(InputError, match=r"scan\.npy is not the one .* its points differ"):
+    with pytest.raises(InputError, match=r"scan\.npy is not the scan .* its points differ"):
         find_scan(record, tmp_path)
-    with pytest.raises(InputError, match="name no scan file"):
+    with pytest.raises(InputError, match="do not name a scan file"):
         find_scan({"path": None}, tmp_path)

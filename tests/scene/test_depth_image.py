@@ -95,7 +95,7 @@ def test_impossible_images_are_refused(depth, message):
 @pytest.mark.parametrize(
     ("name", "data", "message"),
     [
-        ("a.jpg", b"x", "is no depth image; accepted formats are .png .tif"),
+        ("a.jpg", b"x", "is not a depth image; accepted formats are .png .tif"),
         ("a.png", b"x", "cannot read .*a.png: cannot identify image file"),
         ("a.png", None, "no such file"),
         ("a.npy", b"x", "not a valid NPY file"),

@@ -62,7 +62,7 @@ def test_a_scan_alone_gives_the_payload():
         SuspendedPayload.from_contacts(None, [[0.1, 0.1, 0.2]], [[0, 0, 1]], scan=scan)
     with pytest.raises(InputError, match="neither"):
         SuspendedPayload.from_contacts(None, [[0.1, 0.1, 0.1]], [[0, 0, 1]])
-    with pytest.raises(InputError, match="`mass` must be left out"):
+    with pytest.raises(InputError, match="`mass` must not be given with"):
         SuspendedPayload.from_contacts(
             Payload.from_box(SIZE), [[0.1, 0.1, 0.1]], [[0, 0, 1]], mass=0.2
         )

@@ -268,7 +268,7 @@ def test_the_scan_of_a_transfer_is_flown_from_memory():
     # A payload of its own flies as from contacts.json, which holds no points.
     own = prepare_flight(solutions, payload=Payload.from_box([0.5, 0.4, 0.2]), trajectory=hover)
     assert own.suspended_payload.scan_L is None
-    with pytest.raises(InputError, match="name no scan file"):
+    with pytest.raises(InputError, match="do not name a scan file"):
         prepare_flight(replace(solutions, scan=None), mass=0.2, trajectory=hover)
 
 

@@ -1,1 +1,1 @@
-"""Whether a contact can be flown, and the reasons against it."""
+"""Feasibility of contacts: checks, and the reasons why they fail."""

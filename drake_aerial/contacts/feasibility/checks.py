@@ -1,4 +1,4 @@
-"""Checks whether a contact solution can be flown."""
+"""Feasibility checks of a contact solution."""
 
 from __future__ import annotations
 

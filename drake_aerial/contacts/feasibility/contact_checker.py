@@ -1,4 +1,4 @@
-"""Likelihood and feasibility of any grippers on the cloud of a transfer."""
+"""Likelihood and feasibility of given gripper poses on the cloud of a transfer."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _LARGEST_TILT = float(np.deg2rad(15.0))
 
 
 class ContactChecker:
-    """Likelihood and feasibility of grippers in the canonical frame N, wherever they come from.
+    """Likelihood and feasibility of given gripper poses in the canonical frame N.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class ContactChecker:
         if query is None:
             raise InputError(
                 "`query` must hold the densities of a transfer, got None; contacts.json does not "
-                "hold them and method `centroid` has none, so refine what `transfer` returns"
+                "hold them and method `centroid` has none: use solutions that `transfer` returned"
             )
         self.query, self.parameters = query, parameters
         self.likelihood, self.surface = query.likelihood, query.scan.surface

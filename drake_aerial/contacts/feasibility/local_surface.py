@@ -1,4 +1,4 @@
-"""The visible surface of a cloud, onto which grippers are set down."""
+"""The visible surface of a cloud, onto which grippers are projected."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _COLUMN = 0.8
 
 
 class LocalSurface:
-    """Surface that the features of a cloud sample, as local planes.
+    """Visible surface of a cloud, approximated by local planes through its features.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class LocalSurface:
         # Larger than half a voxel's diagonal: the centre of a triangle of samples is no hole.
         near = self._tree.query(features.p, k=min(_HOLE + 1, len(features.p)))[0]
         self.spacing = float(np.median(near[:, 1])) * 1.5
-        # Samples are irregular: up to this distance from the nearest one there is still surface.
+        # Samples are irregular: the surface extends up to this distance from the nearest one.
         self.hole = max(float(np.median(near[:, -1])), self.spacing)
 
     def set_down(self, X_NG: Pose) -> tuple[Pose, Array, Array]:

@@ -10,7 +10,7 @@ import numpy as np
 
 
 class ReasonKind(Enum):
-    """Kind of a reason; its value is the text of such reasons, which contacts.json holds."""
+    """Kind of a reason; its value is the text (or template) that contacts.json holds."""
 
     UPSIDE_DOWN = "upside down (its axis points {value:.0f} deg above the horizontal)"
     UPSIDE_DOWN_AFTER_MOVE = "upside down where it was moved to (the surface faces {value:.0f} deg)"
@@ -45,7 +45,7 @@ class Reason:
     Attributes
     ----------
     kind : ReasonKind
-        What is wrong.
+        Kind of the reason.
     gripper : int or None
         Index of the gripper, from 0. None if it concerns all of them, or there is only one.
     pair : (int, int) or None

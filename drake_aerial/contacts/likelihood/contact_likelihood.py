@@ -190,7 +190,7 @@ class ContactLikelihood:
 
     @property
     def scale_slope(self) -> float:
-        """Derivative of `scale`, without its lower bound, by the overlap [1/m^2].
+        """Derivative of `scale` (lower bound ignored) with respect to the overlap [1/m^2].
 
         The overlap is sum_n R_z(yaw) p_FGn . (p_NGn - origin), its heights by their weight.
         """

@@ -15,7 +15,7 @@ _UNDEFINED = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class FormationFrame:
-    """Formation frame of one configuration, as of `ConfigurationModel.formation_frames`.
+    """Formation frame of one configuration; see `ConfigurationModel.formation_frames`.
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ class FormationFrames:
 
 
 def about_z(v: Array) -> Array:
-    """Return e_z x v (..., 3), the derivative of vectors v by a turn about the vertical [1/rad]."""
+    """Return e_z x v (..., 3), the derivative of vectors v by a rotation about z [1/rad]."""
     return np.stack([-v[..., 1], v[..., 0], np.zeros(v.shape[:-1])], axis=-1)
 
 

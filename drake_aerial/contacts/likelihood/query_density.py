@@ -1,4 +1,4 @@
-"""The query density of one gripper: where a new surface looks like the demonstrated contact."""
+"""Query density of one gripper: similarity of a new surface to the demonstrated contact."""
 
 from __future__ import annotations
 
@@ -61,8 +61,8 @@ def draw_candidates(
     if not log_m.max() > peak:
         raise JobError(
             f"the contact density of gripper {gripper + 1} is zero: no feature of the new cloud is "
-            "curved like the demonstrated contact; use a skill demonstrated on a surface that is "
-            "more alike"
+            "curved like the demonstrated contact; use a skill demonstrated on a more "
+            "similar surface"
         )
     kernel = contact.sample_kernels(drawn.r, rng)
     return drawn.spun(rng) @ contact.pose.take(kernel), log_m + log_o

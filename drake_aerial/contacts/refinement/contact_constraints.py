@@ -27,7 +27,7 @@ from drake_aerial.geometry import Array, Pose, axis_of, cross, perpendicular
 _SOFT = 0.001
 # Least cosine between cable and gripper axis: they enclose less than 89 degrees.
 _OUTWARD = 0.0175
-# By how much the gap to the scan stays below its bound [m].
+# Margin of the gap to the scan below its bound [m].
 _GAP_MARGIN = 5e-4
 
 
@@ -105,7 +105,7 @@ class CableConstraint:
     clearance : float
         Lower bound of the distance [m].
     reach : float
-        How far contacts may move from the seed [m].
+        Largest displacement of a contact from the seed [m].
     """
 
     def __init__(
@@ -170,7 +170,7 @@ class CableConstraint:
 
 
 class SeparationConstraint:
-    """Quadrotors apart: squared distance of every pair over the squared least distance.
+    """Separation of quadrotors: squared distance of every pair over the squared least distance.
 
     Parameters
     ----------
@@ -222,7 +222,7 @@ def contact_constraints(
     seed, start : Pose
         Grippers X_NG (n,) of the seed and of the initial guess.
     reach : float
-        How far contacts may move from the seed along each axis [m].
+        Largest displacement of a contact from the seed along each axis [m].
     """
     limits, surface, features = checker.parameters, checker.surface, checker.features
     largest_gap = max(limits.off_surface, surface.hole) - _GAP_MARGIN

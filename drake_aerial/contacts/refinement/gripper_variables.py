@@ -44,7 +44,7 @@ class GripperVariables:
     seed, start : Pose
         Grippers X_SG (n,) from which positions may depart, and those of the initial guess.
     reach : float
-        How far positions may move from the seed along each axis [m].
+        Largest displacement of a position from the seed along each axis [m].
 
     Attributes
     ----------

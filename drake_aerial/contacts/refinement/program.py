@@ -34,11 +34,11 @@ if TYPE_CHECKING:
     from pydrake.solvers import MathematicalProgram, MathematicalProgramResult
 
 REACH = 0.1
-"""Default for how far a contact may move from its seed along each axis [m]."""
+"""Default of the largest displacement of a contact from its seed along each axis [m]."""
 
-# Typical step of a tension, as a part of the weight: solvers see variables over it.
+# Typical step of a tension, as a fraction of the weight: solvers see variables over it.
 _SCALE_TENSION = 0.3
-# Least tension of a cable in the program, as a part of the weight.
+# Least tension of a cable in the program, as a fraction of the weight.
 _LEAST_TENSION = 0.01
 # Times that a program is solved again from a perturbed guess.
 _RETRIES = 3
@@ -89,7 +89,7 @@ class ContactProgram:
     parameters : TransferParameters, optional
         Limits of feasibility.
     reach : float
-        How far a contact may move from the seed along each axis [m].
+        Largest displacement of a contact from the seed along each axis [m].
     start : Pose, optional
         Grippers X_SG (n,) of the initial guess; the seed by default.
     checker : ContactChecker, optional
@@ -159,7 +159,7 @@ class ContactProgram:
         return self._variables.q
 
     def tensions(self) -> np.ndarray:
-        """Return the variables of tension over the payload's weight, shape (n,); none if n = 1."""
+        """Return the tension variables (n,), as fractions of the weight; empty if n = 1."""
         return self._tensions
 
     def gripper_variables(self) -> np.ndarray:
@@ -180,7 +180,7 @@ class ContactProgram:
     ) -> ProgramResult:
         """Solve the program from its initial guess.
 
-        Unlike `refine`, this returns whatever point the solver ends at, even if it is worse than
+        Unlike `refine`, this returns the solver's final point, even if it is worse than
         the seed.
 
         A solver can stop at a guess where the gradient of a user's function is zero: that of
@@ -213,7 +213,7 @@ class ContactProgram:
         guess = np.nan_to_num(self._prog.initial_guess())
         best = drake_solver.Solve(self._prog, guess, options)
         if not self._has_point(best):
-            raise JobError(f"{solver} found no point: {best.get_solution_result().name}")
+            raise JobError(f"{solver} found no solution: {best.get_solution_result().name}")
         solution, rng = self._solution(best), np.random.default_rng(seed)
         for _ in range(_RETRIES):
             if not self._stuck(best, solution, guess):
@@ -235,7 +235,7 @@ class ContactProgram:
         q, x = quat_normalize(q), np.array(result.get_x_val())
         violated = violated_constraints(self._prog, self._own, x)
         if self._axial:
-            # The turn about the axis stays the seed's, unless a constraint of the user's decides.
+            # The rotation about the axis is that of the seed, unless a user's constraint fixes it.
             turned = turned_to_axis(self._seed.q, axis_of(q, 2))
             x[self._prog.FindDecisionVariableIndices(self.quaternions().ravel())] = turned.ravel()
             if violated or not violated_constraints(self._prog, self._own, x):

@@ -1,4 +1,4 @@
-"""Refinement of annealed solutions: each seeds a contact program, whose end is kept if better."""
+"""Refinement of solutions: each is the initial guess of a contact program; the better is kept."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def refine(
     solver : str
         `snopt`, `ipopt` or `nlopt`.
     reach : float
-        How far a contact may move from its seed along each axis [m].
+        Largest displacement of a contact from its seed along each axis [m].
     merge : bool
         If True, seeds that end at the same place give one solution, and ends of other annealing
         chains are refined until there are `top`. If False, every seed gives one solution.

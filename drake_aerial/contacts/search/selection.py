@@ -1,4 +1,4 @@
-"""Selection of distinct solutions among the ends of annealing chains."""
+"""Selection of distinct solutions among the final states of annealing chains."""
 
 from __future__ import annotations
 

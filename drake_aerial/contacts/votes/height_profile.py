@@ -55,7 +55,7 @@ class HeightProfile:
     def stretch_from(
         self, demonstrated: HeightProfile, scale: float, sigma: float
     ) -> tuple[float, float]:
-        """Fit the factor from a demonstrated object's heights to these.
+        """Fit the factor that maps a demonstrated object's heights to these heights.
 
         Parameters
         ----------

@@ -20,7 +20,7 @@ from drake_aerial.skill.contact_skill import ContactSkill
 
 @dataclass(frozen=True, eq=False)
 class GravityFeatures:
-    """Salient features in their gravity frames: t horizontal and outward, e at +90 degrees of t.
+    """Salient features in their gravity frames: t horizontal and outward, e = t rotated by +90 deg.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class GravityFeatures:
 
 
 def turned(t: Array) -> Array:
-    """Return horizontal vectors t (..., 2) turned by +90 degrees."""
+    """Return horizontal vectors t (..., 2) rotated by +90 degrees."""
     return np.stack([-t[..., 1], t[..., 0]], axis=-1)
 
 
@@ -172,7 +172,7 @@ class HullVotes:
             raise JobError(
                 "the votes are zero: no salient feature of the new cloud resembles one of the "
                 "demonstration in curvature and depth; use method `control`, which has no votes, "
-                "or a skill demonstrated on an object that is more alike"
+                "or a skill demonstrated on a more similar object"
             )
 
     def log_density(self, origin: Array, yaw: Array) -> Array:

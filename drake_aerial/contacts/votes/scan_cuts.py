@@ -1,4 +1,4 @@
-"""Directions in which a scan is cut off although the object goes on.
+"""Directions in which a scan ends although the object continues.
 
 Seen from above, an object ends where some surface looks outward: a side face or a rounding. A part
 is missing where the visible surface merely stops, in a scan that shows sides elsewhere and on a
@@ -32,7 +32,7 @@ _MIN_SIDES_SHOWN = 0.25
 
 @dataclass(frozen=True, eq=False)
 class ScanCuts:
-    """Horizontal directions in which a scan is cut off.
+    """Horizontal directions in which a scan ends although the object continues.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class ScanCuts:
 
     @classmethod
     def none(cls) -> ScanCuts:
-        """Return the cuts of a complete scan."""
+        """Return no cuts, for a complete scan."""
         return cls(np.zeros(_DIRECTIONS, bool))
 
     @classmethod
@@ -84,7 +84,7 @@ class ScanCuts:
         return bool(self.flags.any())
 
     def axis(self) -> np.ndarray:
-        """Return the unit horizontal axis (2,), of either sign, that the cuts share most."""
+        """Return the mean horizontal axis (2,) of the cuts, a unit vector of either sign."""
         angle = 2.0 * np.pi * np.flatnonzero(self.flags) / _DIRECTIONS
         doubled = 0.5 * np.angle(np.sum(np.exp(2.0j * angle)))
         return np.array([np.cos(doubled), np.sin(doubled)])

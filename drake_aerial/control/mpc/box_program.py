@@ -13,7 +13,7 @@ from drake_aerial.geometry import Array
 
 
 class BoxProgram:
-    """Solves min 1/2 u^T H u + g^T u over low <= u <= high, for programs of one size.
+    """Solver of min 1/2 u^T H u + g^T u over low <= u <= high, for programs of one size.
 
     If the unconstrained minimum respects the bounds it is the solution; otherwise PIQP solves the
     program. PIQP's workspace is kept between calls.

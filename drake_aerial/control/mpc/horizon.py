@@ -64,7 +64,7 @@ class Horizon:
 
 
 def shifting(times: Array, ahead: float) -> Array:
-    """Return the matrix (B, B) from samples at `times` (B,) to those `ahead` later.
+    """Return the matrix (B, B) that shifts samples at `times` (B,) [s] by `ahead` [s].
 
     Samples are interpolated linearly, and extrapolated beyond the end.
     """
@@ -98,7 +98,7 @@ def unpack(rows: Array, n: int) -> PayloadState:
 
 
 def normalized(x: PayloadState) -> PayloadState:
-    """Return blends of neighbouring states, normalised back to their manifold."""
+    """Return interpolated states, projected back onto their manifold."""
     R = 1.5 * x.R - 0.5 * x.R @ x.R.mT @ x.R
     xi = x.xi / np.sqrt(np.vecdot(x.xi, x.xi))[:, :, None]
     w = x.w - xi * np.vecdot(xi, x.w)[:, :, None]

@@ -12,7 +12,7 @@ _SCALARS = 7
 
 
 class MpcMemory(NamedTuple):
-    """What the MPC carries from one control step to the next; zeros mean that flight begins.
+    """State of the MPC between control steps; all zeros at the start of the flight.
 
     Thrusts and inputs of the plan include the observed forces on the quadrotors.
 

@@ -34,7 +34,7 @@ from drake_aerial.references.trajectory import Trajectory
 
 
 class PayloadMpc(PayloadController):
-    """Tracks a trajectory with the payload's tracked point, and its attitude if the cables can.
+    """MPC that tracks a trajectory with the payload's tracked point, and attitude if possible.
 
     Every `ticks_per_plan` control steps the model is linearised along the time-shifted previous
     solution, and one quadratic program in the commanded thrusts is solved (real-time iteration).
@@ -113,12 +113,12 @@ class PayloadMpc(PayloadController):
         self.DeclareVectorOutputPort("diagnostics", 5, self._calc_diagnostics, ticket)
 
     def initial_memory(self) -> Array:
-        """Return zeros, for a vector of `MpcMemory`."""
+        """Return the initial vector of an `MpcMemory`: zeros."""
         observer = 0 if self.parameters.observer is None else ObserverMemory.size(self._n)
         return np.zeros(MpcMemory.size(len(self.horizon), self._n, observer))
 
     def for_smaller_team(self, model: PayloadModelParameters) -> PayloadMpc:
-        """Return the MPC of a smaller team; its CPU times are counted with these."""
+        """Return the MPC of a smaller team; both record CPU times in the same list."""
         law = PayloadMpc(model, self.parameters, offset=self.offset)
         law.step_seconds = self.step_seconds
         return law

@@ -59,7 +59,7 @@ class Finding:
     counted: bool = True
 
     def text(self) -> str:
-        """Return the figure with its interval and unit."""
+        """Return the measured value with its interval and unit."""
         value, low, high = self.figure
         if value is None:
             return self.detail or "–"

@@ -1,4 +1,4 @@
-"""Comparison of two groups of flights, pair by pair; see "pairs" in `statistics.FORMULAS`."""
+"""Paired comparison of two groups of flights; see "pairs" in `statistics.FORMULAS`."""
 
 from __future__ import annotations
 

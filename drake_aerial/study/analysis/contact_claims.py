@@ -34,7 +34,7 @@ _NOT_SHOWN = (Outcome.REVERSED, Outcome.UNDECIDED)
 def feature_rich_claim(
     saliency: Mapping[tuple[str, str], Sequence[float]], conditions: Sequence[str]
 ) -> Claim:
-    """Return the claim that the baseline is drawn to feature-rich areas.
+    """Return the claim that the baseline prefers feature-rich areas.
 
     Parameters
     ----------

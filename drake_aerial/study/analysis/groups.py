@@ -114,5 +114,5 @@ def offset_of(records: Sequence[Record]) -> float | None:
 
 
 def moved_of(record: Record) -> list[float]:
-    """Return the distances by which grippers off the surface were moved onto it [m]."""
+    """Return the distances [m] by which grippers were moved onto the surface."""
     return [moved for moved in record.get("moved_m") or [] if moved and moved > 1e-3]

@@ -38,7 +38,7 @@ class Interval:
 
 
 def named_generator(*names: str) -> np.random.Generator:
-    """Return the generator of a named figure; it does not depend on other figures."""
+    """Return the random generator of a named statistic, independent of the others."""
     return np.random.default_rng([SEED, zlib.crc32("/".join(names).encode())])
 
 

@@ -14,7 +14,7 @@ SURROUNDINGS = 0.05
 
 
 class SalientSurface:
-    """Saliency of a scan's surroundings, at each of its features.
+    """Mean saliency around each feature of a scan.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ class SalientSurface:
         self.surroundings = self._mean(self.points)
 
     def percentile(self, positions: Array) -> Array:
-        """Return the part (n,) of the scan with less salient surroundings than positions (n, 3).
+        """Return the fraction (n,) of the scan that is less salient than around positions (n, 3).
 
         Positions are in S [m]; ties count one half.
         """

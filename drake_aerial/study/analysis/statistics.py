@@ -1,6 +1,6 @@
-"""Statistics of one group of flights, and the definitions of all figures of a report.
+"""Statistics of one group of flights, and the definitions of all numbers of a report.
 
-A failed flight is never left out; `FORMULAS` says how it enters each figure.
+A failed flight is never left out; `FORMULAS` says how it enters each number.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ FORMULAS = {
 
 
 def summarize(group: Group, records: Sequence[Record]) -> dict[str, Any]:
-    """Return the figures of one group; `FORMULAS` explains the keys."""
+    """Return the statistics of one group; `FORMULAS` explains the keys."""
     flights = flown(records)
     solutions = by_solution(flights)
     offsets = [offset for m in solutions.values() if (offset := offset_of(m)) is not None]

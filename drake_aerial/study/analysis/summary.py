@@ -75,7 +75,7 @@ class StudyNumbers:
 
     @property
     def beliefs(self) -> list[str]:
-        """All that were flown, in the report's order."""
+        """Beliefs that were flown, in the report's order."""
         return sorted(
             {group.belief for group in self.groups},
             key=lambda belief: position(BELIEF_ORDER, belief),
@@ -172,13 +172,13 @@ def _comparisons(groups: dict[Group, list[Record]]) -> list[dict[str, Any]]:
 def _surface(folder: StudyFolder, condition: str) -> SalientSurface | None:
     scan = folder.scan(condition)
     if scan is None:
-        folder.warn(f"condition {condition}: no scan, therefore no picture of its contacts")
+        folder.warn(f"condition {condition} has no scan: its contacts are not drawn")
         return None
     skill = folder.skill(condition)
     try:
         return SalientSurface(scan, None if skill is None else skill.parameters.features)
     except InputError as error:
-        folder.warn(f"condition {condition}: the scan has no surface features: {error}")
+        folder.warn(f"condition {condition}: its scan gives no surface features: {error}")
         return None
 
 

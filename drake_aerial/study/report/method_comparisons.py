@@ -12,7 +12,7 @@ from drake_aerial.study.analysis.summary import StudyNumbers
 
 
 def method_comparisons(numbers: StudyNumbers) -> list[dict[str, Any]]:
-    """Return one table for each two methods that were flown in one condition, by inertia."""
+    """Return a table for each pair of methods that share a condition, by inertia."""
     main = claims_inertia(numbers.groups)
     tables: dict[tuple[str, str, str], list[dict[str, str]]] = {}
     for c in numbers.comparisons:

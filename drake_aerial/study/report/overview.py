@@ -65,7 +65,7 @@ def condition_rows(folder: StudyFolder, numbers: StudyNumbers) -> list[dict[str,
 
 
 def verdict_counts(numbers: StudyNumbers) -> Iterator[tuple[str, int, list[str]]]:
-    """Yield for each of our methods the number of claims, and how many have which verdict."""
+    """Yield for each of our methods the number of claims, and the number per verdict."""
     for method in OURS:
         words = [claim.verdicts[method] for claim in numbers.claims if method in claim.verdicts]
         exact = {
