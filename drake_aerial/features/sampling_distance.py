@@ -5,12 +5,18 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
+from drake_aerial.cloud.assumptions import Assumption, AssumptionKind
+from drake_aerial.cloud.point_cloud import PointCloud
+from drake_aerial.cloud.validation import size_assumption, unit_hint
+from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
 
 # Points at which the distance is measured.
 _SAMPLE = 400
 # Neighbours are searched up to this multiple of the radius.
 _REACH = 3.0
+
+_FEW_POINTS = 50
 
 
 def sampling_distance(points: Array, radius: float) -> float:
@@ -47,3 +53,39 @@ def sampling_distance(points: Array, radius: float) -> float:
         np.minimum.at(nearest, sector, length)
         distances[k] = np.sort(nearest)[2]
     return float(np.median(distances))
+
+
+def check_sampling(
+    cloud: PointCloud, rho: float, min_neighbours: int, voxel: float
+) -> tuple[Assumption, ...]:
+    """Return the assumption that a sparse cloud is dense enough for balls of radius `rho` [m].
+
+    Raises
+    ------
+    InputError
+        If the cloud is too sparse for any curvature.
+    """
+    # Large voxels are a user's choice; tiny clouds are refused by their numbers of neighbours.
+    if voxel > rho / 3.0 or len(cloud) < _FEW_POINTS:
+        return ()
+    distance = sampling_distance(cloud.points, rho)
+    spacing = f"neighbouring points are {100 * distance:.2g} cm apart"
+    # At this distance, a ball holds as many points as are needed, its centre included.
+    limit = rho * np.sqrt(np.pi / (min_neighbours + 1))
+    if distance > limit:
+        raise InputError(
+            f"the scan is too sparse: {spacing}, at most {100 * limit:.2g} cm are needed for "
+            f"rho = {rho:g} m; {remedy(cloud)}"
+        )
+    if distance <= 0.5 * rho:
+        return ()
+    text = f"the scan is sparse: {spacing}, {50 * rho:.2g} cm or less are better"
+    return (Assumption(AssumptionKind.SPACING, text),)
+
+
+def remedy(cloud: PointCloud) -> str:
+    """Return the advice for a cloud that is too sparse: by its size, it may be in another unit."""
+    extent = float(cloud.extent.max())
+    if size_assumption(cloud.points):
+        return f"the cloud is {extent:.3g} m large; {unit_hint(extent)}"
+    return "scan more densely, or learn the skill with a larger rho"

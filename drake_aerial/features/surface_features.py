@@ -11,13 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from drake_aerial.cloud.assumptions import Assumption, AssumptionKind
 from drake_aerial.cloud.point_cloud import PointCloud
-from drake_aerial.cloud.validation import size_assumption, unit_hint
 from drake_aerial.errors import InputError
 from drake_aerial.features import orientation
 from drake_aerial.features.curvature import Curvature
 from drake_aerial.features.neighbourhoods import order_by_place
 from drake_aerial.features.plane_fit import fit_planes
-from drake_aerial.features.sampling_distance import sampling_distance
+from drake_aerial.features.sampling_distance import check_sampling, remedy
 from drake_aerial.geometry import (
     Array,
     Pose,
@@ -35,7 +34,6 @@ from drake_aerial.parallel import one_blas_thread
 EDGE_SALIENCY = 1.15
 # A cloud with more hidden points than this fraction is no single view.
 _HIDDEN = 0.1
-_FEW_POINTS = 50
 # Rounding error of |r1| - |r2| on exactly flat or spherical samples.
 _ROUNDING = 1e-9
 
@@ -223,30 +221,20 @@ def compute_features(
     else:
         # Points of a raw cloud have any order; voxels are sorted already.
         order = order_by_place(cloud.points, 2.0 * parameters.rho)
-    sampled = _check_sampling(cloud, parameters)
+    rho, fewest = parameters.rho, parameters.min_neighbours
+    sampled = check_sampling(cloud, rho, fewest, parameters.voxel_size)
     planes = fit_planes(cloud.points[order], parameters.rho, parameters.min_neighbours)
     if planes is None:
         raise InputError(
             f"too few points: none of {len(cloud)} has {parameters.min_neighbours} neighbours "
-            f"within rho = {parameters.rho:g} m; {_remedy(cloud)}"
+            f"within rho = {parameters.rho:g} m; {remedy(cloud)}"
         )
     balls, normals, kept = planes
     points = balls.points
     normals, oriented = _outward(cloud, points, normals, parameters.rho)
     t1 = perpendicular(normals)
     curvature = Curvature.of(balls, normals, t1, parameters.rim_offset)
-    r = curvature.kappa * parameters.rho
-    magnitude = np.abs(r)
-    anisotropy = (magnitude[:, 0] - magnitude[:, 1]) / np.maximum(
-        magnitude[:, 0], parameters.anisotropy_floor
-    )
-    anisotropy = np.where(curvature.rim, 1.0, anisotropy)
-    # Where the curvatures are equal except for rounding, a fixed tangent is reproducible.
-    umbilic = magnitude[:, 0] - magnitude[:, 1] < _ROUNDING
-    x = np.where(
-        curvature.rim[:, None], curvature.outward, np.where(umbilic[:, None], t1, curvature.k1)
-    )
-    q = quat_from_xz(x, normals)
+    q, r, anisotropy = _frames(curvature, normals, t1, parameters)
     features = SurfaceFeatures(
         points,
         q,
@@ -260,39 +248,22 @@ def compute_features(
     return features if parameters.voxel_size > 0.0 else features.take(np.argsort(order[kept]))
 
 
-def _check_sampling(cloud: PointCloud, parameters: FeatureParameters) -> tuple[Assumption, ...]:
-    """Return the assumption that a sparse cloud is dense enough.
-
-    Raises
-    ------
-    InputError
-        If the cloud is too sparse for any curvature.
-    """
-    rho = parameters.rho
-    # Large voxels are a user's choice; tiny clouds are refused by their numbers of neighbours.
-    if parameters.voxel_size > rho / 3.0 or len(cloud) < _FEW_POINTS:
-        return ()
-    distance = sampling_distance(cloud.points, rho)
-    spacing = f"neighbouring points are {100 * distance:.2g} cm apart"
-    # At this distance, a ball holds as many points as are needed, its centre included.
-    limit = rho * np.sqrt(np.pi / (parameters.min_neighbours + 1))
-    if distance > limit:
-        raise InputError(
-            f"the scan is too sparse: {spacing}, at most {100 * limit:.2g} cm are needed for "
-            f"rho = {rho:g} m; {_remedy(cloud)}"
-        )
-    if distance <= 0.5 * rho:
-        return ()
-    text = f"the scan is sparse: {spacing}, {50 * rho:.2g} cm or less are better"
-    return (Assumption(AssumptionKind.SPACING, text),)
-
-
-def _remedy(cloud: PointCloud) -> str:
-    """Return the advice for a cloud that is too sparse: by its size, it may be in another unit."""
-    extent = float(cloud.extent.max())
-    if size_assumption(cloud.points):
-        return f"the cloud is {extent:.3g} m large; {unit_hint(extent)}"
-    return "scan more densely, or learn the skill with a larger rho"
+def _frames(
+    curvature: Curvature, normals: Array, t1: Array, parameters: FeatureParameters
+) -> tuple[Array, Array, Array]:
+    """Return frames (N, 4), descriptors r (N, 2) and anisotropies (N,) of features."""
+    r = curvature.kappa * parameters.rho
+    magnitude = np.abs(r)
+    anisotropy = (magnitude[:, 0] - magnitude[:, 1]) / np.maximum(
+        magnitude[:, 0], parameters.anisotropy_floor
+    )
+    anisotropy = np.where(curvature.rim, 1.0, anisotropy)
+    # Where the curvatures are equal except for rounding, a fixed tangent is reproducible.
+    umbilic = magnitude[:, 0] - magnitude[:, 1] < _ROUNDING
+    x = np.where(
+        curvature.rim[:, None], curvature.outward, np.where(umbilic[:, None], t1, curvature.k1)
+    )
+    return quat_from_xz(x, normals), r, anisotropy
 
 
 def _outward(
