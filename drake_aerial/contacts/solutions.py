@@ -203,11 +203,10 @@ class ContactSolutions:
         values = read_json(path)
         schema = values.get("schema")
         if schema != SCHEMA:
-            raise InputError(f"{path} has the schema {shown(schema)}; contacts have {SCHEMA!r}")
+            raise InputError(f"{path}: `schema` must be {SCHEMA!r}, got {shown(schema)}")
         if values.get("version") != VERSION:
             raise InputError(
-                f"{path} has contacts of version {shown(values.get('version'))}; "
-                f"this program reads {VERSION}"
+                f"{path}: `version` must be {VERSION}, got {shown(values.get('version'))}"
             )
         given = values.get("parameters")
         try:

@@ -46,5 +46,6 @@ def find(kind: str, name_or_path: str | Path) -> Path:
         return shipped
     singular = {"studies": "study"}.get(kind, kind.removesuffix("s"))
     raise InputError(
-        f"no {singular} {str(name_or_path)!r}: give a YAML file or one of {', '.join(names(kind))}"
+        f"`{singular}` must be a YAML file or one of {', '.join(names(kind))}, "
+        f"got {str(name_or_path)!r} (no such file)"
     )

@@ -107,7 +107,7 @@ class TrialResult:
             found = (metrics.get("schema"), metrics.get("version"))
             if found != (SCHEMA, VERSION):
                 raise InputError(
-                    f"{path}: schema and version must be ({SCHEMA!r}, {VERSION}), "
+                    f"{path}: `schema` and `version` must be ({SCHEMA!r}, {VERSION}), "
                     f"got {shown(found)}"
                 )
             names = tuple(str(name) for name in data["phase_names"])

@@ -166,7 +166,7 @@ class ContactSkill:
         arrays = _read(Path(path))
         schema, version = str(arrays.get("schema", "none")), arrays.get("version")
         if schema != SCHEMA:
-            raise InputError(f"{path} has the schema {shown(schema)}; a skill has {SCHEMA!r}")
+            raise InputError(f"{path}: `schema` must be {SCHEMA!r}, got {shown(schema)}")
         if (
             version is None
             or version.shape != ()
@@ -175,7 +175,7 @@ class ContactSkill:
         ):
             given = shown(None if version is None else version.tolist())
             raise InputError(
-                f"{path} is a skill of version {given}; this program reads version {VERSION}"
+                f"{path}: `version` must be {VERSION}, got {given}; learn the skill again"
             )
         try:
             return cls._from_arrays(arrays)

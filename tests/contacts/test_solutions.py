@@ -99,8 +99,8 @@ def test_keeps_the_parameters_it_was_found_with(tmp_path):
     [
         ({"parameters": {"votes": 3}}, "parameters: unknown key 'votes'"),
         ({"parameters": 0}, "parameters: must be a mapping"),
-        ({"schema": "x"}, "schema 'x'"),
-        ({"version": 2}, "version 2"),
+        ({"schema": "x"}, "`schema` must be .*, got 'x'"),
+        ({"version": 2}, "`version` must be 1, got 2"),
         ({"solutions": [{"rank": 1}]}, "incomplete"),
         ({"skill": None, "seed": None}, "incomplete"),
     ],

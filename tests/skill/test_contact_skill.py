@@ -81,8 +81,8 @@ def test_no_temporary_file_is_left(path):
     [
         ({"schema": np.array("other/thing")}, "'other/thing'"),
         ({"schema": None}, "'none'"),
-        ({"version": np.array(2)}, "version 2; this program reads version 1"),
-        ({"version": None}, "version None"),
+        ({"version": np.array(2)}, "`version` must be 1, got 2"),
+        ({"version": None}, "`version` must be 1, got None"),
         ({"hull": None}, "incomplete or damaged"),
         ({"metadata": np.array("{")}, "incomplete or damaged"),
     ],

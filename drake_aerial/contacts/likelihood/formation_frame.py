@@ -42,7 +42,7 @@ class FormationFrame:
 
 
 class FormationFrames:
-    """Formation frames under one configuration model, for one configuration at a time.
+    """Formation frames of a configuration model, for one configuration at a time.
 
     Parameters
     ----------
