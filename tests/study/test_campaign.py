@@ -92,7 +92,7 @@ def test_records_of_other_inputs_are_refused(undisturbed, tiny, copy):
     path.write_text(
         path.read_text().replace(json.loads(path.read_text().splitlines()[0])["key"], "f" * 24)
     )
-    with pytest.raises(InputError, match="does not make"):
+    with pytest.raises(InputError, match="records of another study"):
         run_study(tiny, folder)
 
 
