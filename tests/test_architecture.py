@@ -56,6 +56,13 @@ def module_of(path: Path) -> str:
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
+# The names of the root and their modules, which `lazy_loader` reads from the stub.
+HOMES = {
+    alias.name: node.module
+    for node in ast.parse((PACKAGE / "__init__.pyi").read_text()).body
+    if isinstance(node, ast.ImportFrom)
+    for alias in node.names
+}
 MODULES = {module_of(path): path for path in sorted(PACKAGE.rglob("*.py"))}
 
 
@@ -75,7 +82,7 @@ def imports_of(module: str) -> set[str]:
                 continue
             inner = name.removeprefix("drake_aerial").lstrip(".")
             # A name of the root is loaded from its home.
-            inner = drake_aerial._HOMES.get(inner, inner)
+            inner = HOMES.get(inner, inner)
             # `from package import module` is the module, `from module import name` the module too.
             while inner not in MODULES:
                 inner = inner.rpartition(".")[0]

@@ -12,19 +12,32 @@ import numpy as np
 from drake_aerial.choices import METHODS
 from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.contacts.canonical_scan import CanonicalScan
-from drake_aerial.contacts.centroid import centroid_contacts
 from drake_aerial.contacts.contact_query import ContactQuery
 from drake_aerial.contacts.feasibility.checks import reasons_against
 from drake_aerial.contacts.parameters import TransferParameters
 from drake_aerial.contacts.prepare_query import prepare_query, random_streams
-from drake_aerial.contacts.search.annealing import anneal
-from drake_aerial.contacts.search.initial_configurations import draw_initial_configurations
+from drake_aerial.contacts.search.annealing import anneal, draw_initial_configurations
 from drake_aerial.contacts.search.selection import distinct
 from drake_aerial.contacts.solutions import ContactSolutions, Solution
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, Pose, axis_of, quat_about_axis, quat_from_xz, rotate
 from drake_aerial.parallel import one_blas_thread
+from drake_aerial.skill.configuration_model import ConfigurationModel
 from drake_aerial.skill.contact_skill import ContactSkill
+
+
+def centroid_contacts(configuration: ConfigurationModel, scan: CanonicalScan) -> Pose:
+    """Return grippers X_NG, batch (1, n), with the formation's origin over the hull's centroid.
+
+    One gripper is set on the topmost surface there. Several keep the demonstrated layout at its
+    demonstrated size, with the yaw of the canonical frame. Each is set on the topmost surface at
+    its place.
+    """
+    origin = np.append(scan.hull.centroid, 0.0)
+    layout = configuration.demonstrated_at(origin, np.zeros(()))
+    X_NG, _ = scan.surface.above(layout.p[..., :2])
+    return Pose(X_NG.p[None], X_NG.q[None])
+
 
 _PHASES = ("features_s", "query_s", "optimise_s")
 

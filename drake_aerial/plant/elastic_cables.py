@@ -19,8 +19,8 @@ from pydrake.systems.framework import (
 from drake_aerial.geometry import Array
 from drake_aerial.plant.cable import Cable
 from drake_aerial.plant.cable_geometry import contact_offsets
+from drake_aerial.plant.cable_tensions import HoldingForces
 from drake_aerial.plant.elastic_step import mean_pull, tension_matrix
-from drake_aerial.plant.holding_force import HoldingForces
 
 
 class ElasticCables(LeafSystem):

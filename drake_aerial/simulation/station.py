@@ -22,10 +22,9 @@ from drake_aerial.plant.wind import Wind, connect_wind
 from drake_aerial.references.trajectory import Trajectory
 from drake_aerial.simulation.port_log import PortLog
 from drake_aerial.simulation.propulsion import add_propulsion
-from drake_aerial.simulation.resting_state import place_at_rest
 from drake_aerial.simulation.station_check import check_contacts, check_station
 from drake_aerial.simulation.station_parameters import StationParameters
-from drake_aerial.simulation.station_plant import add_station_plant
+from drake_aerial.simulation.station_plant import add_station_plant, place_at_rest
 from drake_aerial.statics.gravity import GRAVITY
 
 SENSED = ("payload_state", "quadrotor_states", "cable_directions", "attached")

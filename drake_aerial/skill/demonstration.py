@@ -13,8 +13,7 @@ from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, Pose, perpendicular, quat_from_xz, quat_normalize
 from drake_aerial.io import model_files
 from drake_aerial.io.records import read_record
-from drake_aerial.skill.demonstration_cloud import read_cloud
-from drake_aerial.skill.demonstration_file import DemonstrationFile, GripperEntry
+from drake_aerial.skill.demonstration_file import DemonstrationFile, GripperEntry, read_cloud
 
 CABLE_LENGTH = 0.5
 """Default cable length of a demonstration [m]; the paper's."""
@@ -120,7 +119,7 @@ class Demonstration:
     def read(cls, path_or_name: str | Path) -> Demonstration:
         """Read a demonstration from a YAML file, or a shipped one by name.
 
-        The file has a `cloud` (see `demonstration_cloud`) and a list of `grippers`; `name`, `label`
+        The file has a `cloud` (see `demonstration_file.CloudEntry`) and a list of `grippers`; `name`, `label`
         and `description` are optional. Each gripper has a `position` [m]. Optional are its `axis`
         or `quaternion_wxyz`, its `cable_length` [m], and its `cable_direction` or the position of
         its `quadrotor` [m]. All are in the cloud's frame.

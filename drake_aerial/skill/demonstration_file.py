@@ -1,15 +1,142 @@
-"""The content of a demonstration file (DEMONSTRATION.yaml)."""
+"""Entries of a demonstration file, and the cloud that it names."""
 
 from __future__ import annotations
 
-from typing import Annotated
+import os
+from pathlib import Path
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from annotated_types import Len
+from annotated_types import Ge, Len
 
+from drake_aerial.cloud.point_cloud import PointCloud
+from drake_aerial.cloud.readers import read_geometry
 from drake_aerial.errors import InputError
-from drake_aerial.io.records import Name, Number, Positive, Vector, record
-from drake_aerial.skill.demonstration_cloud import CloudEntry
+from drake_aerial.io import model_files
+from drake_aerial.io.records import (
+    Count,
+    Name,
+    NonNegative,
+    Number,
+    Positive,
+    Vector,
+    Whole,
+    record,
+)
+from drake_aerial.scene.depth_image import read_depth_image
+
+# A face lies within this distance of the box's top [m].
+_TOP = 1e-6
+
+
+@record(frozen=True)
+class CloudEntry:
+    """The `cloud` of a demonstration file, with one source: file, mesh or box."""
+
+    file: Name | None = None
+    """A scan, relative to the demonstration file."""
+    camera: Name | dict[str, Any] | None = None
+    """Intrinsics, or their YAML file, if `file` is a depth image."""
+    mesh: Name | None = None
+    """A mesh file, relative to the demonstration file, or the name of a shipped mesh."""
+    box: tuple[Positive, Positive, Positive] | None = None
+    """Edges of a box centred on the origin [m]."""
+    scale: Positive | None = None
+    """Factor on the mesh or box (dimensionless); None for 1."""
+    view: Literal["full", "top", "partial"] = "full"
+    """Visible part of the mesh or box: full, top (the top face of a box), or partial (the view of a
+    depth camera at `viewpoint`)."""
+    viewpoint: Vector | None = None
+    """Position of the sensor, which orients normals [m]."""
+    up: Vector | None = None
+    """Direction against gravity (dimensionless); None for z."""
+    noise: NonNegative = 0.0
+    """Standard deviation of the noise that is added to the points [m]."""
+    seed: Annotated[Whole, Ge(0)] = 0
+    """Random seed of the noise."""
+    samples: Count = 20000
+    """Number of points sampled from a mesh or box."""
+
+    def __post_init__(self) -> None:
+        given = [name for name in ("file", "mesh", "box") if getattr(self, name) is not None]
+        if len(given) != 1:
+            raise InputError(
+                f"exactly one of file, mesh, box must be given, got {', '.join(given) or 'none'}"
+            )
+        if self.file is not None and (self.view != "full" or self.scale is not None):
+            raise InputError(
+                "`view` and `scale` must not be given for a file, only for a mesh or box"
+            )
+        if self.view == "top" and self.box is None:
+            raise InputError(
+                "`view` must be full or partial for a mesh, got 'top' (for a box only)"
+            )
+        if self.view == "partial" and self.viewpoint is None:
+            raise InputError(
+                "`viewpoint` must be [x, y, z] in metres for the partial view, got none"
+            )
+
+
+def read_cloud(entry: CloudEntry, folder: Path) -> PointCloud:
+    """Return the cloud of a demonstration file.
+
+    Parameters
+    ----------
+    entry : CloudEntry
+    folder : Path
+        Folder of the demonstration file.
+
+    Raises
+    ------
+    InputError
+        If the file or mesh cannot be read.
+    """
+    rng = np.random.default_rng(entry.seed)
+    placed: dict[str, Any] = {"viewpoint": entry.viewpoint, "up": entry.up}
+    if entry.file is not None and entry.camera is not None:
+        camera = folder / entry.camera if isinstance(entry.camera, str) else entry.camera
+        cloud = read_depth_image(folder / entry.file, camera, up=entry.up)
+    elif entry.file is not None:
+        cloud = PointCloud.read(folder / entry.file, samples=entry.samples, **placed)
+    elif entry.view == "partial":
+        from drake_aerial.cloud.partial_views import partial_view
+
+        assert entry.viewpoint is not None
+        placed["up"] = entry.up or (0.0, 0.0, 1.0)
+        return partial_view(_mesh(entry, folder), **placed, noise=entry.noise, rng=rng)
+    else:
+        cloud = PointCloud.read(_mesh(entry, folder), samples=entry.samples, **placed)
+        if entry.view == "top":
+            top = cloud.points[:, 2].max() - _TOP
+            cloud = cloud.cropped([-np.inf, -np.inf, top], [np.inf] * 3)
+    return cloud.with_noise(entry.noise, rng) if entry.noise > 0.0 else cloud
+
+
+def _mesh(entry: CloudEntry, folder: Path) -> Any:
+    import trimesh
+
+    if entry.box is not None:
+        mesh = trimesh.creation.box(extents=entry.box)
+    else:
+        file = _mesh_file(str(entry.mesh), folder)
+        geometry = read_geometry(file)
+        if geometry.faces is None:
+            raise InputError(
+                f"`mesh` must have triangles, got the points {file}; give it as `file`"
+            )
+        mesh = trimesh.Trimesh(geometry.points, geometry.faces)
+    mesh.apply_scale(entry.scale or 1.0)
+    return mesh
+
+
+def _mesh_file(name: str, folder: Path) -> Path:
+    if os.path.isfile(folder / name):
+        return folder / name
+    files = sorted((model_files.models_dir() / "meshes").glob("*"))
+    shipped = {file.stem: file for file in files if file.suffix in (".obj", ".ply", ".stl")}
+    if name not in shipped:
+        raise InputError(f"`mesh` must be a file or one of {', '.join(shipped)}, got {name!r}")
+    return shipped[name]
 
 
 @record(frozen=True)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_aerial.density.resampling import systematic_resample
+from drake_aerial.density.mixture import systematic_resample
 from drake_aerial.density.surface_density import Bandwidth, SurfaceDensity
 from drake_aerial.features.horizontal_direction import gravity_saliency
 from drake_aerial.features.surface_features import SurfaceFeatures

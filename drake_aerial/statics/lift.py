@@ -10,8 +10,8 @@ from annotated_types import Len
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
 from drake_aerial.io.records import Positive, record
-from drake_aerial.statics.equilibrium import level_balance
 from drake_aerial.statics.gravity import GRAVITY
+from drake_aerial.statics.tensions import level_balance
 
 
 @record(frozen=True)

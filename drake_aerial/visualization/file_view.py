@@ -15,8 +15,12 @@ from drake_aerial.io.archives import load_archive
 from drake_aerial.io.strict_yaml import mapping_from_json
 from drake_aerial.visualization.colored_mesh import ColoredMesh
 from drake_aerial.visualization.colors import HEAT_COLORS, RANK_COLORS, RED, heat
-from drake_aerial.visualization.meshcat_page import Legend, write_meshcat_page
-from drake_aerial.visualization.meshcat_server import show_mesh, start_meshcat
+from drake_aerial.visualization.meshcat_page import (
+    Legend,
+    show_mesh,
+    start_meshcat,
+    write_meshcat_page,
+)
 from drake_aerial.visualization.method_meshes import (
     FEATURE_LEGEND,
     SKILL_LEGEND,

@@ -12,7 +12,7 @@ from drake_aerial.geometry import Array, Pose, identity, perpendicular, quat_fro
 from drake_aerial.plant.quadrotor import QuadrotorParameters, visual_parts
 from drake_aerial.visualization.colored_mesh import ColoredMesh
 from drake_aerial.visualization.colors import BLACK, BLUE, GREEN, ORANGE, RED, Color
-from drake_aerial.visualization.meshcat_server import set_mesh, soften_lights
+from drake_aerial.visualization.meshcat_page import set_mesh, soften_lights
 
 CARDBOARD: Color = (0.80, 0.64, 0.44)
 FLIGHT_LEGEND: list[tuple[Color, str]] = [

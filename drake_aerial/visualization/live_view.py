@@ -16,7 +16,7 @@ from drake_aerial.simulation.metrics import SLACK
 from drake_aerial.statics.gravity import GRAVITY
 from drake_aerial.visualization.file_view import is_trial, view_of
 from drake_aerial.visualization.flight_scene import FlightScene
-from drake_aerial.visualization.meshcat_server import show_mesh, start_meshcat
+from drake_aerial.visualization.meshcat_page import show_mesh, start_meshcat
 from drake_aerial.visualization.replay import record_flight
 
 if TYPE_CHECKING:

@@ -11,8 +11,7 @@ from drake_aerial.geometry import Array, Pose
 from drake_aerial.simulation.metrics import SLACK
 from drake_aerial.statics.gravity import GRAVITY
 from drake_aerial.visualization.flight_scene import FLIGHT_LEGEND, FlightScene
-from drake_aerial.visualization.meshcat_page import write_meshcat_page
-from drake_aerial.visualization.meshcat_server import start_meshcat
+from drake_aerial.visualization.meshcat_page import start_meshcat, write_meshcat_page
 from drake_aerial.visualization.svg_time_plots import TimePlot, svg_time_plots
 
 if TYPE_CHECKING:

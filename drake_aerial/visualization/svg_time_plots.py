@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from drake_aerial.geometry import Array
-from drake_aerial.visualization.html_templates import fill_template
+from drake_aerial.visualization.html_report import fill_template
 
 LINE_COLORS = ("#1b62c4", "#d1432b", "#2a8f4d", "#8a5cc2", "#b8860b", "#0e8a8a")
 _WIDTH, _HEIGHT, _BINS = 1000.0, 100.0, 250

@@ -37,9 +37,9 @@ import drake_aerial.simulation.flight as flight
 from drake_aerial.control.attitude import AttitudeController
 from drake_aerial.estimation.state_sensor import StateSensor
 from drake_aerial.plant.cable import add_cable
+from drake_aerial.plant.cable_forces import GripperRelease
 from drake_aerial.plant.cable_tensions import CableTensions
 from drake_aerial.plant.gripper import add_gripper
-from drake_aerial.plant.gripper_release import GripperRelease
 from drake_aerial.plant.payload import Payload
 from drake_aerial.plant.payload_body import add_payload
 from drake_aerial.plant.quadrotor import add_quadrotor

@@ -6,7 +6,7 @@ import numpy as np
 
 from drake_aerial.contacts.likelihood.formation_frame import FormationFrames, about_z
 from drake_aerial.geometry import Array, Pose, cross, skew
-from drake_aerial.statics.equilibrium import balance_matrix, moment_axes
+from drake_aerial.statics.tensions import balance_matrix, moment_axes
 
 _Z = np.array([0.0, 0.0, 1.0])
 # Well below `BALANCE_TOLERANCE`, so that solutions of the program pass that check.

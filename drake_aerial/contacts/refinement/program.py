@@ -21,8 +21,7 @@ from drake_aerial.contacts.refinement.differentiable import Differentiable
 from drake_aerial.contacts.refinement.equilibrium_constraint import EquilibriumConstraint
 from drake_aerial.contacts.refinement.gripper_variables import GripperVariables
 from drake_aerial.contacts.refinement.likelihood_factors import LikelihoodFactors
-from drake_aerial.contacts.refinement.solvers import perturbed, solver_by_name
-from drake_aerial.contacts.refinement.user_constraints import violated_constraints
+from drake_aerial.contacts.refinement.solvers import perturbed, solver_by_name, violated_constraints
 from drake_aerial.contacts.solutions import Solution
 from drake_aerial.density.kernels import turned_to_axis
 from drake_aerial.errors import InputError, JobError

@@ -9,7 +9,7 @@ import numpy as np
 from drake_aerial.contacts.parameters import TransferParameters
 from drake_aerial.contacts.votes.scan_cuts import ScanCuts
 from drake_aerial.density.grid_density import GridDensity
-from drake_aerial.density.resampling import systematic_resample
+from drake_aerial.density.mixture import systematic_resample
 from drake_aerial.errors import JobError
 from drake_aerial.features.horizontal_direction import gravity_saliency, horizontal_direction
 from drake_aerial.features.horizontal_hull import HorizontalHull

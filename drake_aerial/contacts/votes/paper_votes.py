@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from drake_aerial.contacts.parameters import TransferParameters
+from drake_aerial.density.mixture import systematic_resample
 from drake_aerial.density.pose_density import PoseDensity
-from drake_aerial.density.resampling import systematic_resample
 from drake_aerial.errors import JobError
 from drake_aerial.features.surface_features import SurfaceFeatures
 from drake_aerial.geometry import Pose, invert

@@ -11,12 +11,10 @@ from pydrake.systems.framework import BasicVector, Context
 
 from drake_aerial.control.controller import OFFSET, PayloadController
 from drake_aerial.control.controller_parameters import MpcParameters
-from drake_aerial.control.mpc.box_program import BoxProgram, thrust_box
-from drake_aerial.control.mpc.condensing import CondensedProblem
+from drake_aerial.control.mpc.condensing import BoxProgram, CondensedProblem, thrust_box
 from drake_aerial.control.mpc.field_of_view import view_penalty, view_violation
 from drake_aerial.control.mpc.horizon import Horizon, pack
-from drake_aerial.control.mpc.initial_guess import initial_guess, measured_state
-from drake_aerial.control.mpc.mpc_memory import MpcMemory
+from drake_aerial.control.mpc.mpc_memory import MpcMemory, initial_guess, measured_state
 from drake_aerial.control.mpc.tracking_cost import TrackingCost
 from drake_aerial.dynamics.discretization import change_chart, discretize, repeated
 from drake_aerial.dynamics.flatness import Reference, ReferenceTable, disturbed, reference_table

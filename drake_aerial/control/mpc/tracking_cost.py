@@ -1,4 +1,4 @@
-"""Cost of a plan: squared deviations from the reference and from its inputs, over the horizon."""
+"""Tracking error of a plan, and its quadratic cost."""
 
 from __future__ import annotations
 
@@ -6,11 +6,113 @@ import numpy as np
 
 from drake_aerial.control.controller_parameters import MpcWeights
 from drake_aerial.control.mpc.horizon import Horizon
-from drake_aerial.control.mpc.tracking_error import deviation, deviation_jacobian, terminal_cost
+from drake_aerial.dynamics.discretization import discretize
 from drake_aerial.dynamics.flatness import Reference, ReferenceTable
-from drake_aerial.dynamics.payload_model import PayloadState
+from drake_aerial.dynamics.linearization import linearize
+from drake_aerial.dynamics.payload_model import PayloadState, rotation_log
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
-from drake_aerial.geometry import Array
+from drake_aerial.geometry import IDENTITY, Array, skew, small_cross
+
+
+def deviation(
+    model: PayloadModelParameters, x: PayloadState, desired: Reference, E: Array
+) -> Array:
+    """Return e (B, nx) of states x from a reference; E (B, n, 3, 2) are the tangent bases at x."""
+    B, n = x.xi.shape[:2]
+    c = model.p_LLcm
+    omega = np.matvec(x.R, x.W)
+    arm = x.R @ c
+    if n == 1:
+        axis = np.vecmat(desired.pull, desired.R)  # of L, to be aligned with the pull
+        theta = small_cross(desired.pull, np.matvec(x.R, axis))
+    else:
+        theta = np.matvec(desired.R, rotation_log(desired.R.mT @ x.R))
+    turn, spin = np.vecmat(small_cross(desired.xi, x.xi), E), np.vecmat(x.w - desired.w, E)
+    return np.concatenate(
+        [
+            x.p - arm - desired.p,
+            x.v - small_cross(omega, arm) - desired.v,
+            theta,
+            omega - desired.omega,
+            turn.reshape(B, 2 * n),
+            spin.reshape(B, 2 * n),
+            (x.F - desired.F).reshape(B, 3 * n),
+        ],
+        axis=1,
+    )
+
+
+def deviation_jacobian(model: PayloadModelParameters, x: PayloadState) -> Array:
+    """Return the first twelve rows and columns (B, 12, 12) of de/d(error state) at x.
+
+    The rest of the matrix is the identity.
+    """
+    C = np.zeros((len(x.p), 12, 12))
+    C[:, 0:3, 0:3] = C[:, 3:6, 3:6] = IDENTITY
+    levers = np.empty((len(x.p), 3, 3))
+    levers[:, 0], levers[:, 1], levers[:, 2] = model.p_LLcm, small_cross(x.W, model.p_LLcm), -x.W
+    turned = x.R[:, None] @ skew(levers)
+    C[:, 0:3, 6:9] = C[:, 3:6, 9:12] = turned[:, 0]
+    C[:, 3:6, 6:9] = turned[:, 1]
+    C[:, 6:9, 6:9] = C[:, 9:12, 9:12] = x.R
+    C[:, 9:12, 6:9] = turned[:, 2]
+    return C
+
+
+def hover_state(model: PayloadModelParameters, desired: Reference) -> PayloadState:
+    """Return the model's state at a resting reference (batch of 1), at the world's origin."""
+    zero = np.zeros((1, 3))
+    return PayloadState(
+        desired.R[0:1] @ model.p_LLcm,
+        zero,
+        desired.R[0:1],
+        zero,
+        desired.xi[0:1],
+        np.zeros_like(desired.xi[0:1]),
+        desired.F[0:1],
+    )
+
+
+def terminal_cost(
+    model: PayloadModelParameters,
+    desired: Reference,
+    Q: Array,
+    R: Array,
+    step: float,
+    sweeps: int = 400,
+) -> Array:
+    """Return P (nx, nx) such that e^T P e is the cost-to-go of hovering, by Riccati sweeps from Q.
+
+    The algebraic Riccati equation has no solution if a mode is neither controllable nor weighed
+    (the payload's yaw with one cable). The recursion converges anyway.
+
+    Parameters
+    ----------
+    model : PayloadModelParameters
+    desired : Reference
+        At rest, batch of 1.
+    Q, R : (nx,), (nu,) arrays
+        Weights per step on e and on the commanded thrusts.
+    step : float
+        [s]
+    sweeps : int
+        Number of steps to go.
+    """
+    x = hover_state(model, desired)
+    linear = linearize(model, x, desired.F[0:1])
+    discrete = discretize(linear, step)
+    nx = len(Q)
+    C = np.eye(nx)
+    C[:12, :12] = deviation_jacobian(model, x)[0]
+    A = C @ discrete.Phi[0] @ np.linalg.inv(C)
+    B = C @ discrete.Gamma[0]
+    P = np.diag(Q)
+    for _ in range(sweeps):
+        PA, PB = P @ A, P @ B
+        gain = np.linalg.solve(np.diag(R) + B.T @ PB, B.T @ PA)
+        P = np.diag(Q) + A.T @ PA - (PB.T @ A).T @ gain
+        P = 0.5 * (P + P.T)
+    return P
 
 
 class TrackingCost:

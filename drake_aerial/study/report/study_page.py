@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from drake_aerial.study.analysis.claims import OURS, Outcome
-from drake_aerial.study.analysis.labels import BELIEF_WORDS, METHOD_WORDS
-from drake_aerial.study.analysis.quantities import FAILURES
+from drake_aerial.study.analysis.flight_claims import claims_inertia
+from drake_aerial.study.analysis.labels import BELIEF_WORDS, INERTIA_WORDS, METHOD_WORDS
+from drake_aerial.study.analysis.quantities import BY_KEY, FAILURES
 from drake_aerial.study.analysis.statistics import FORMULAS
 from drake_aerial.study.analysis.summary import StudyNumbers
 from drake_aerial.study.report.condition_section import COLUMNS, Figures, condition_section
-from drake_aerial.study.report.method_comparisons import method_comparisons
 from drake_aerial.study.report.method_styles import method_color
 from drake_aerial.study.report.overview import (
     condition_rows,
@@ -21,6 +22,51 @@ from drake_aerial.study.report.overview import (
 )
 from drake_aerial.study.study_folder import StudyFolder
 from drake_aerial.visualization.html_report import write_html_report
+
+
+def method_comparisons(numbers: StudyNumbers) -> list[dict[str, Any]]:
+    """Return a table for each pair of methods that share a condition, by inertia."""
+    main = claims_inertia(numbers.groups)
+    tables: dict[tuple[str, str, str], list[dict[str, str]]] = {}
+    for c in numbers.comparisons:
+        key = (c["first"], c["second"], c["inertia"])
+        tables.setdefault(key, []).append(_row(c))
+    pairs = list(dict.fromkeys((first, second) for first, second, _ in tables))
+    keys = sorted(tables, key=lambda key: (pairs.index(key[:2]), key[2] != main))
+    return [
+        {
+            "first": first,
+            "second": second,
+            "inertia": "" if inertia == main else INERTIA_WORDS.get(inertia, inertia),
+            "rows": tables[first, second, inertia],
+        }
+        for first, second, inertia in keys
+    ]
+
+
+def _row(comparison: Mapping[str, Any]) -> dict[str, str]:
+    quantity = BY_KEY[comparison["quantity"]]
+    count = comparison["pairs_completed"]
+    unpaired = comparison["unpaired"]
+    left = f", {unpaired} without partner" if unpaired else ""
+    return {
+        "condition": comparison["condition"],
+        "belief": comparison["belief"],
+        "quantity": f"{quantity.name} [{quantity.unit}]",
+        "difference": _bracket(
+            comparison["difference"], lambda value: quantity.write(value, sign=True)
+        ),
+        "ratio": _bracket(comparison["ratio"], lambda value: f"{value:.2f}"),
+        "wins": _bracket(comparison["wins"], lambda value: f"{100 * value:.0f} %"),
+        "pairs": f"{comparison['pairs']} ({count} completed){left}",
+    }
+
+
+def _bracket(values: Sequence[float | None], write: Callable[[Any], str]) -> str:
+    value, low, high = values
+    if value is None:
+        return "–"
+    return write(value) if low is None else f"{write(value)} [{write(low)}, {write(high)}]"
 
 
 def write_study_page(

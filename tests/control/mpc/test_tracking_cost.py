@@ -3,7 +3,7 @@ import itertools
 import numpy as np
 import pytest
 
-from drake_aerial.control.mpc.tracking_error import (
+from drake_aerial.control.mpc.tracking_cost import (
     deviation,
     deviation_jacobian,
     hover_state,

@@ -1,0 +1,94 @@
+"""The names of the package and the modules that they are loaded from; see `lazy_loader`."""
+
+from .cloud.partial_views import partial_view
+from .cloud.point_cloud import PointCloud
+from .configuration import defaults_text, parameters_text, read_parameters
+from .contacts.refinement.program import ContactProgram
+from .contacts.refinement.refine import refine
+from .contacts.solutions import ContactSolutions
+from .contacts.transfer import transfer
+from .control.controller_parameters import GeometricParameters, MpcParameters
+from .control.geometric import GeometricController
+from .control.mpc.payload_mpc import PayloadMpc
+from .demo import run_demo
+from .errors import DrakeAerialError, InputError, JobError
+from .estimation.disturbance_observer import DisturbanceObserver
+from .features.surface_features import SurfaceFeatures, compute_features
+from .named_inputs import read_scan, read_skill
+from .plant.cable import add_cable
+from .plant.dryden import Dryden
+from .plant.gripper import add_gripper
+from .plant.payload import Payload
+from .plant.payload_body import add_payload
+from .plant.quadrotor import add_quadrotor
+from .plant.wind import WindParameters
+from .scene.depth_camera import DepthCamera
+from .scene.depth_image import read_depth_image
+from .simulation.diagram_picture import write_diagram_picture
+from .simulation.flight import Flight
+from .simulation.flight_options import FlightOptions
+from .simulation.station import make_transport_station
+from .simulation.station_parameters import StationParameters
+from .simulation.suspended_payload import SuspendedPayload
+from .simulation.trial import fly, prepare_flight
+from .simulation.trial_result import TrialResult
+from .skill.contact_skill import ContactSkill
+from .skill.demonstration import Demonstration
+from .skill.learn import learn
+from .study.campaign import StudySummary, run_study
+from .study.conditions import Condition
+from .study.plan import StudyPlan
+from .study.report.study_report import write_report
+
+__version__: str
+
+__all__ = [
+    "Condition",
+    "ContactProgram",
+    "ContactSkill",
+    "ContactSolutions",
+    "Demonstration",
+    "DepthCamera",
+    "DisturbanceObserver",
+    "DrakeAerialError",
+    "Dryden",
+    "Flight",
+    "FlightOptions",
+    "GeometricController",
+    "GeometricParameters",
+    "InputError",
+    "JobError",
+    "MpcParameters",
+    "Payload",
+    "PayloadMpc",
+    "PointCloud",
+    "StationParameters",
+    "StudyPlan",
+    "StudySummary",
+    "SurfaceFeatures",
+    "SuspendedPayload",
+    "TrialResult",
+    "WindParameters",
+    "add_cable",
+    "add_gripper",
+    "add_payload",
+    "add_quadrotor",
+    "compute_features",
+    "defaults_text",
+    "fly",
+    "learn",
+    "make_transport_station",
+    "parameters_text",
+    "partial_view",
+    "prepare_flight",
+    "read_depth_image",
+    "read_parameters",
+    "read_scan",
+    "read_skill",
+    "refine",
+    "run_demo",
+    "run_study",
+    "transfer",
+    "write_diagram_picture",
+    "write_report",
+]
