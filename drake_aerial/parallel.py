@@ -4,8 +4,6 @@ Results do not depend on the number of cores. The package's matrix products are 
 threads would be slower, and would make results depend on the machine by their order of summation.
 """
 
-from __future__ import annotations
-
 import functools
 import os
 import threading

@@ -1,7 +1,5 @@
 """A demonstration before it is saved: a cloud, contacts on its surface, and the file."""
 
-from __future__ import annotations
-
 import os
 from dataclasses import dataclass
 from pathlib import Path

@@ -8,8 +8,6 @@ Each module named after a command declares its arguments in `add_command` and do
 `COMMANDS`.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Sequence

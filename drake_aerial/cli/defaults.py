@@ -1,7 +1,5 @@
 """The command ``defaults``: print the default configuration of a component."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

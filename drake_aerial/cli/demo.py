@@ -1,7 +1,5 @@
 """The command ``demo``: the whole method on one example, in one folder."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The command ``demonstrate``: define a demonstration by clicks in the browser, or by positions."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The command ``fly``: fly one of the solutions of a transfer."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

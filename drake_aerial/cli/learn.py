@@ -1,7 +1,5 @@
 """The command ``learn``: learn a contact skill from one demonstration."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Output of the commands: results on stdout, progress and messages on stderr."""
 
-from __future__ import annotations
-
 import json
 import sys
 import time

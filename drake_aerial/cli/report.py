@@ -1,7 +1,5 @@
 """The command ``report``: write the figures and page of a study from its records."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The command ``study``: run a study, or resume it."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The command ``view``: show a file as one HTML page, or in Meshcat."""
 
-from __future__ import annotations
-
 import argparse
 import time
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """The densities that a transfer searches for contacts, with their values at the scan's features."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Parameters of a transfer; docs/method.md explains the defaults."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Prepare the densities of a transfer: votes, query densities, priors (docs/method.md)."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from drake_aerial.choices import METHODS

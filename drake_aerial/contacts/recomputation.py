@@ -1,7 +1,5 @@
 """Recompute the densities of a saved transfer: contacts.json holds only solutions."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from drake_aerial.choices import METHODS

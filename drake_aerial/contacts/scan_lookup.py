@@ -1,7 +1,5 @@
 """Find the scan that a contacts.json names."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Mapping
 from pathlib import Path

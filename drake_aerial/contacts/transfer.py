@@ -1,7 +1,5 @@
 """Transfer learnt contacts to a new cloud (the paper's "Transferring to novel surfaces")."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Allocation of thrust and moments to four propeller speeds within their limits."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

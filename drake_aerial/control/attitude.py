@@ -1,7 +1,5 @@
 """Attitude loop of the quadrotors: from thrust vectors to propeller commands."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import sqrt
 

@@ -1,7 +1,5 @@
 """Base of all controllers of a payload, as a LeafSystem."""
 
-from __future__ import annotations
-
 from math import isfinite
 from typing import ClassVar
 

@@ -1,7 +1,5 @@
 """Configuration of the flight controllers: kind, options, weights or gains; not the model."""
 
-from __future__ import annotations
-
 from dataclasses import field
 from typing import Annotated, Literal, TypeAlias
 

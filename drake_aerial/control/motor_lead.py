@@ -1,7 +1,5 @@
 """Lead compensation of slow motors: commands that make propeller speeds respond faster."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

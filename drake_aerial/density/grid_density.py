@@ -1,7 +1,5 @@
 """A kernel density of votes on a grid, interpolated by cubic splines, with gradients."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

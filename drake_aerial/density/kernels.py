@@ -5,8 +5,6 @@ deviation of each component of the rotation vector [rad]. The concentration foll
 Sources: the paper's section "Kernel density estimator"; docs/method.md.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ive

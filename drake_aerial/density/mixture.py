@@ -6,8 +6,6 @@ Points are processed in blocks, which bounds memory and uses all cores. The resu
 on the number of cores.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Kernel density over poses, SE(3), as used for query densities and the paper's votes."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

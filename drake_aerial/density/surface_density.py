@@ -1,7 +1,5 @@
 """Kernel density over surface features, SE(3) x R^2, as used by object, task, contact models."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -1,7 +1,5 @@
 """Discretisation of the linearised payload model, and change of its charts; in batches."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """References of the whole payload model, with cables and thrusts, by differential flatness."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 from typing import NamedTuple
 

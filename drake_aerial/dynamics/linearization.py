@@ -4,8 +4,6 @@ The error state is that of `payload_model.retract`. In the chart at a state x th
 x(t) = retract(x, delta(t)) obeys, to first order, delta' = rate + A delta + B (u - u_bar).
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -6,8 +6,6 @@ angular velocity w (perpendicular to xi), in the world; per quadrotor the thrust
 world. Input u: the commanded thrust vectors.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Sensor of the states that controllers read: fixed rate, noise on the payload's position."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Read untrusted NumPy files: no pickled objects, and a limit on their memory."""
 
-from __future__ import annotations
-
 import zipfile
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Shipped models: payloads, demonstrations, studies, meshes."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

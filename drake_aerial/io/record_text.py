@@ -1,7 +1,5 @@
 """Records as YAML: all their fields, each with its meaning and range as a comment."""
 
-from __future__ import annotations
-
 import dataclasses
 import inspect
 import json

@@ -3,8 +3,6 @@
 An unknown key is refused together with the nearest known one.
 """
 
-from __future__ import annotations
-
 import difflib
 import json
 import re

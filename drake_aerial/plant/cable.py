@@ -1,7 +1,5 @@
 """Cable between a quadrotor and a gripper: inextensible or elastic; it can only pull."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """The cables of one payload in a diagram: their system, its ports and the release of grippers."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from pydrake.multibody.plant import MultibodyPlant

@@ -1,7 +1,5 @@
 """Geometry of cables: directions and rates from the states of payload and quadrotors."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import sqrt
 from typing import NamedTuple

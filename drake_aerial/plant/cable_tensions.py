@@ -1,7 +1,5 @@
 """Tensions of inextensible cables as a system, and the holding forces of grippers."""
 
-from __future__ import annotations
-
 import warnings
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Elastic cables as a system: spring and damper forces, and the release of overloaded grippers."""
 
-from __future__ import annotations
-
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.math import RigidTransform

@@ -1,7 +1,5 @@
 """Elastic cables over one step of the plant: their mean pull, and the stability of the step."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from drake_aerial.errors import InputError

@@ -1,7 +1,5 @@
 """Magnetic gripper: a small body at the end of a cable that holds the payload up to a limit."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Mass properties: uniform solids bounded by triangles, and the check of an inertia."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

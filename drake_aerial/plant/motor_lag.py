@@ -1,7 +1,5 @@
 """Motor lag: propeller speeds follow their commands with a first-order lag."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem

@@ -1,7 +1,5 @@
 """Checks of the arguments of the `add_*` and `connect_*` functions."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import TypeVar
 

@@ -1,7 +1,5 @@
 """The payload as a body of a plant: mass properties, contact spheres, hull and picture."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

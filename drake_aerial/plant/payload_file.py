@@ -1,7 +1,5 @@
 """Reader of payload files (PAYLOAD.yaml)."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Contact spheres on which a payload stands on the ground in its scanned attitude."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 

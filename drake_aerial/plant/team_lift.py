@@ -1,7 +1,5 @@
 """Lift of a team of quadrotors, from their parameters and those of their cables."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Triangle meshes as arrays: reading, boxes, convex hulls and closest points."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Wind: the velocity of the air, and its drag on payload and quadrotors."""
 
-from __future__ import annotations
-
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.multibody.math import SpatialForce

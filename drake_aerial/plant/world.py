@@ -1,7 +1,5 @@
 """The simulated world: the plant with its solver, the ground, and the contact material."""
 
-from __future__ import annotations
-
 from pydrake.geometry import AddContactMaterial, Box, GeometryId, ProximityProperties, SceneGraph
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import (

@@ -4,8 +4,6 @@ The first axis of a derivative stack is the order of the time derivative, 0 to 4
 acceleration, jerk, snap.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

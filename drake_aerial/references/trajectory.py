@@ -5,8 +5,6 @@ tracked frame L in the world, and the desired attitude R_WL (yaw only), at any t
 positions are relative to `start`; `trajectory.starting_at(p_WL)` moves the trajectory.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple, Self

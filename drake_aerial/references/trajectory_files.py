@@ -1,7 +1,5 @@
 """Trajectories by name or from a YAML file."""
 
-from __future__ import annotations
-
 import os
 from dataclasses import fields
 from pathlib import Path

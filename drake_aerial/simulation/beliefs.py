@@ -1,7 +1,5 @@
 """Mass properties that a controller believes in: `below_contact`, `geometric` or `true`."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

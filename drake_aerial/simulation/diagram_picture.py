@@ -1,7 +1,5 @@
 """Draw a Drake diagram: its Graphviz source, or the picture that Graphviz makes of it."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 from pathlib import Path

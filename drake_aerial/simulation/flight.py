@@ -1,7 +1,5 @@
 """One station and one trajectory, to be simulated with any number of seeds."""
 
-from __future__ import annotations
-
 import time
 from collections import deque
 from dataclasses import asdict

@@ -1,7 +1,5 @@
 """Options of a flight: belief, controller, trajectory and team."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Checks before a flight that the team can carry its payload by its contacts."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

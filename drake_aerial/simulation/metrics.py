@@ -1,7 +1,5 @@
 """Metrics of a flight, computed from its series alone, as saved in trial.npz."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Outcome of a flight: a monitor that detects drops, crashes and divergence."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """One log of several output ports of a diagram."""
 
-from __future__ import annotations
-
 import numpy as np
 from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import Multiplexer, VectorLogSink

@@ -1,7 +1,5 @@
 """Propulsion of n quadrotors: from commanded thrust vectors to the forces of the propellers."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Time series of a flight, from the logs of a station."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

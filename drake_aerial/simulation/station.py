@@ -1,7 +1,5 @@
 """The transport station: payload, quadrotors, cables, sensor and control as one Diagram."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 from pydrake.common.value import AbstractValue

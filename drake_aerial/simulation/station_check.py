@@ -1,7 +1,5 @@
 """Checks of a station before it is built: contacts, time steps, lift and stability."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

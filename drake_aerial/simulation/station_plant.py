@@ -1,7 +1,5 @@
 """The plant of a station: ground, payload, n quadrotors with cables and grippers, and its rest."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Entries of a demonstration file, and the cloud that it names."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 from typing import Annotated, Any, Literal

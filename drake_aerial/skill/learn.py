@@ -1,7 +1,5 @@
 """Learn a contact skill from one demonstration (the paper's section "Learning contacts")."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Parameters of learning; docs/method.md explains the defaults."""
 
-from __future__ import annotations
-
 from dataclasses import field
 from typing import ClassVar
 

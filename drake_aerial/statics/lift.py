@@ -1,7 +1,5 @@
 """Lift of quadrotors: the largest tension of each cable, and overload by a level payload."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Equilibrium of a payload at rest: cable tensions and load shares."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from drake_aerial.geometry import IDENTITY, Array, cross

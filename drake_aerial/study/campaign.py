@@ -1,7 +1,5 @@
 """Run a study: contacts first, then every trial that has no record yet."""
 
-from __future__ import annotations
-
 import time
 from collections import Counter
 from collections.abc import Callable

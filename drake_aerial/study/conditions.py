@@ -1,7 +1,5 @@
 """One condition of a study: demonstration, payload, scan and flight."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 from collections.abc import Mapping

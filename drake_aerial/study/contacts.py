@@ -1,7 +1,5 @@
 """Contacts of a study: found once for each condition and method, then placed on the payload."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass, replace
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """Task executors of a study: in this process, or on the workers of a Dask cluster."""
 
-from __future__ import annotations
-
 import gc
 import logging
 import signal

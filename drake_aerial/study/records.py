@@ -1,7 +1,5 @@
 """records.jsonl of a study: one line per finished trial, appended as a whole."""
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """The scan of a condition: all of the payload's surface, its top face, or a camera's view."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

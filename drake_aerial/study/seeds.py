@@ -1,7 +1,5 @@
 """Random seeds by name: every draw of a study derives from the plan's master seed."""
 
-from __future__ import annotations
-
 import hashlib
 
 import numpy as np

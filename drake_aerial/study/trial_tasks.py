@@ -1,7 +1,5 @@
 """The tasks of a study's trials: which solutions are flown, how often, under which key."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from dataclasses import dataclass, replace

@@ -4,8 +4,6 @@ Points, frames, cables and quadrotors all become triangles of one glTF file, so 
 image and a page in the browser show the same thing.
 """
 
-from __future__ import annotations
-
 import itertools
 from functools import lru_cache
 from typing import Any

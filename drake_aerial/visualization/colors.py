@@ -1,7 +1,5 @@
 """Colours of the drawings: names, colour maps, and the colour of a solution."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from drake_aerial.geometry import Array

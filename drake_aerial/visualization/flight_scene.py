@@ -1,7 +1,5 @@
 """The moving parts of a flight in a Meshcat: payload, quadrotors, cables and the reference."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

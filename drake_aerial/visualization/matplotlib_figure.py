@@ -1,7 +1,5 @@
 """Matplotlib figures without pyplot, and their files: equal figures give equal bytes."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

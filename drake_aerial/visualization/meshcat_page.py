@@ -1,7 +1,5 @@
 """A Meshcat: its server, and self-contained HTML pages with a card of title, legend and text."""
 
-from __future__ import annotations
-
 import html
 import logging
 from pathlib import Path

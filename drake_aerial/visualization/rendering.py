@@ -1,7 +1,5 @@
 """Rendering of a coloured mesh to an image, without a screen, by Drake's VTK engine."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Inline SVG plots over time beside a replay, with a cursor that moves with the animation."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

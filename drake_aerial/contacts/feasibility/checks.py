@@ -1,7 +1,5 @@
 """Feasibility checks of a contact solution."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from drake_aerial.contacts.feasibility.local_surface import LocalSurface

@@ -1,7 +1,5 @@
 """Likelihood and feasibility of given gripper poses on the cloud of a transfer."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

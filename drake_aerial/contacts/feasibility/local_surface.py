@@ -1,7 +1,5 @@
 """The visible surface of a cloud, onto which grippers are projected."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from drake_aerial.density.kernels import turned_to_axis

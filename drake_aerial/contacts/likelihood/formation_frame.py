@@ -1,7 +1,5 @@
 """The formation frame that fits one configuration of grippers, with derivatives."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Query density of one gripper: similarity of a new surface to the demonstrated contact."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from drake_aerial.density.mixture import systematic_resample

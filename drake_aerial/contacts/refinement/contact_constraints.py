@@ -6,8 +6,6 @@ of the perturbed rotations exp(w) R_NG. The bounds are slightly tighter than tho
 `reasons_against`, whose checks are not smooth.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Protocol
 

@@ -1,7 +1,5 @@
 """Functions with analytic Jacobians as callables for Drake's optimisation programs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

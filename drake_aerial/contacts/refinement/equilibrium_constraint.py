@@ -1,7 +1,5 @@
 """Static equilibrium of a payload on several cables as a constraint on poses and tensions."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from drake_aerial.contacts.likelihood.formation_frame import FormationFrames, about_z

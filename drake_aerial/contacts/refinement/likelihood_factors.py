@@ -5,8 +5,6 @@ and its gradients by positions p (n, 3) [1/m] and by rotation vectors w (n, 3) [
 perturbed rotations exp(w) R_NG.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

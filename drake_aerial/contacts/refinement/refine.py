@@ -1,7 +1,5 @@
 """Refinement of solutions: each is the initial guess of a contact program; the better is kept."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Smooth model of the visible surface around a point, for differentiable constraints."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

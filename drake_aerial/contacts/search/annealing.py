@@ -1,7 +1,5 @@
 """Simulated annealing of the grippers' configurations, and its initial configurations."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Selection of distinct solutions among the final states of annealing chains."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from drake_aerial.geometry import Array, Pose

@@ -1,7 +1,5 @@
 """The paper's votes: frames of task features on a new cloud predict gripper poses."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from drake_aerial.contacts.parameters import TransferParameters

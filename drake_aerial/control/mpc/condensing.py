@@ -1,7 +1,5 @@
 """The condensed quadratic program of the MPC, and its solution within bounds of the thrusts."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Violation of the view of each quadrotor's downward camera by the payload, and its penalty."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from drake_aerial.dynamics.payload_model import PayloadState

@@ -1,7 +1,5 @@
 """Horizon of a plan: its steps of unequal length, and the time shift of a plan."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 

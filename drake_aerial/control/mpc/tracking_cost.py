@@ -1,7 +1,5 @@
 """Tracking error of a plan, and its quadratic cost."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from drake_aerial.control.controller_parameters import MpcWeights

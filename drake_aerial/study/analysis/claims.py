@@ -1,7 +1,5 @@
 """Claims of the paper: findings with intervals, and a verdict by a stated rule."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum

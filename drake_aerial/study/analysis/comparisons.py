@@ -1,7 +1,5 @@
 """Paired comparison of two groups of flights; see "pairs" in `statistics.FORMULAS`."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Claims about contacts: feature-rich areas, places on the bunny, local minima, the top view."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Mapping, Sequence
 

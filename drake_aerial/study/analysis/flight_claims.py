@@ -1,7 +1,5 @@
 """Claims about flights: a method's errors, spread and effort against the baseline's."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -6,8 +6,6 @@ bootstrap therefore draws solutions first and then, within each drawn solution, 
 two-stage bootstrap; Davison and Hinkley, 1997, section 3.8).
 """
 
-from __future__ import annotations
-
 import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Order and description of methods, beliefs and inertias in a report."""
 
-from __future__ import annotations
-
 METHOD_ORDER = ("task", "paper", "kopicki", "control", "centroid", "head", "middle", "thigh")
 METHOD_WORDS = {
     "task": "this package's method: edges of the demonstrated object vote for the place of the "

@@ -3,8 +3,6 @@
 If the other method's contacts are likelier, the baseline's search ended in a local maximum.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from drake_aerial.cloud.point_cloud import PointCloud

@@ -1,7 +1,5 @@
 """The measured quantities of a flight: key in the records, name, unit and format."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 FAILURES = ("dropped", "crashed", "diverged")

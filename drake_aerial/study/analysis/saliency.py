@@ -1,7 +1,5 @@
 """Saliency of a scan around a contact, compared with the rest of the scan."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from drake_aerial.cloud.point_cloud import PointCloud

@@ -3,8 +3,6 @@
 A failed flight is never left out; `FORMULAS` says how it enters each number.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

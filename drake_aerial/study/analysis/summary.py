@@ -1,7 +1,5 @@
 """All numbers of a study, computed from its folder: the content of summary.json."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """The recorded series of a group's flights on one time axis; 0 is the start of the circle."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

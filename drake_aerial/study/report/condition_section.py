@@ -1,7 +1,5 @@
 """Values of a condition's section on a study's page: notes, figures and tables."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Figure of error against the horizontal distance of the contact from the centre of mass."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Colour, line style and mark of each method in figures and tables."""
 
-from __future__ import annotations
-
 import zlib
 
 # Distinct for all kinds of colour vision (Okabe and Ito).

@@ -1,7 +1,5 @@
 """Values of the overview on a study's page: verdict counts, conditions, and error tables."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """The page of a study's report: its values, for the template study_report.html."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any

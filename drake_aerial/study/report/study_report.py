@@ -1,7 +1,5 @@
 """The report of a study: figures, summary.json and one self-contained page, from its folder."""
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Callable, Mapping

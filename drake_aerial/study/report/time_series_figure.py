@@ -1,7 +1,5 @@
 """Figure of errors, thrust, moment and tilt over time: mean and deviation of each method."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
