@@ -1,24 +1,21 @@
 """The demo: one demonstration, a new scan, contacts by two methods, two flights, a report."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from drake_aerial._version import __version__
+from drake_aerial.cloud.point_cloud import PointCloud
+from drake_aerial.contacts.solutions import ContactSolutions, Solution
 from drake_aerial.errors import JobError
 from drake_aerial.geometry import transform
 from drake_aerial.io.files import replacing
-
-if TYPE_CHECKING:
-    from drake_aerial.cloud.point_cloud import PointCloud
-    from drake_aerial.contacts.solutions import ContactSolutions, Solution
-    from drake_aerial.plant.payload import Payload
-    from drake_aerial.simulation.trial import TrialResult
-    from drake_aerial.skill.contact_skill import ContactSkill
+from drake_aerial.plant.payload import Payload
+from drake_aerial.simulation.trial_result import TrialResult
+from drake_aerial.skill.contact_skill import ContactSkill
+from drake_aerial.visualization.html_report import EmbeddedImage, write_html_report
 
 DEMONSTRATION = "flat"
 PAYLOAD = "box_68x68x28"
@@ -81,7 +78,6 @@ def run_demo(out: str | Path, *, seed: int = 0, progress: Progress | None = None
     JobError
         If a method finds no feasible contact.
     """
-    from drake_aerial.plant.payload import Payload
     from drake_aerial.skill.demonstration import Demonstration
     from drake_aerial.skill.learn import learn
 
@@ -201,8 +197,6 @@ def _write_report(
     contacts: Mapping[str, ContactSolutions],
     flights: Mapping[str, TrialResult],
 ) -> None:
-    from drake_aerial.visualization.html_report import EmbeddedImage, write_html_report
-
     offset = {
         label: f"{100 * _horizontal_offset(_best(found, label), payload):.1f}"
         for label, found in contacts.items()

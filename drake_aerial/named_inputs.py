@@ -1,18 +1,16 @@
 """Read skills and scans from a file or by the name of a shipped model."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.errors import InputError
 from drake_aerial.io import model_files
-
-if TYPE_CHECKING:
-    from drake_aerial.cloud.point_cloud import PointCloud
-    from drake_aerial.skill.contact_skill import ContactSkill
+from drake_aerial.plant.payload import Payload
+from drake_aerial.skill.contact_skill import ContactSkill
+from drake_aerial.skill.demonstration import Demonstration
+from drake_aerial.skill.learn import learn
 
 
 def read_skill(name_or_path: str | Path, *, seed: int = 0) -> ContactSkill:
@@ -37,10 +35,6 @@ def read_skill(name_or_path: str | Path, *, seed: int = 0) -> ContactSkill:
     >>> skill.label, len(skill)
     ('formation', 3)
     """
-    from drake_aerial.skill.contact_skill import ContactSkill
-    from drake_aerial.skill.demonstration import Demonstration
-    from drake_aerial.skill.learn import learn
-
     path = Path(name_or_path)
     if path.suffix in (".yaml", ".yml") or (not path.suffix and not os.path.exists(path)):
         return learn(Demonstration.read(name_or_path), seed=seed)
@@ -85,8 +79,6 @@ def read_scan(
     >>> read_scan("box_68x61x28").extent.round(2).tolist()
     [0.68, 0.61, 0.28]
     """
-    from drake_aerial.cloud.point_cloud import PointCloud
-
     path = Path(name_or_path)
     if camera is not None:
         from drake_aerial.scene.depth_image import read_depth_image
@@ -102,7 +94,6 @@ def read_scan(
             f"`scan` must be a file or one of the payloads {', '.join(names)}, "
             f"got {str(name_or_path)!r} (no such file)"
         )
-    from drake_aerial.plant.payload import Payload
 
     mesh = Payload.read(name_or_path).to_trimesh()
     return PointCloud.read(mesh, viewpoint=viewpoint, up=up)

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from drake_aerial import geometry
+from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, Pose
 from drake_aerial.plant.part_checks import check_contact_distances
 from drake_aerial.plant.payload import TABLE_MASS, Payload
-
-if TYPE_CHECKING:
-    from drake_aerial.cloud.point_cloud import PointCloud
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,14 +1,15 @@
 """Fly a contact solution: from contacts.json to a `TrialResult`."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pydrake.systems.framework import LeafSystem
 
 from drake_aerial.choices import Belief, CableKind
+from drake_aerial.cloud.point_cloud import PointCloud
+from drake_aerial.contacts.scan_lookup import find_scan
+from drake_aerial.contacts.solutions import ContactSolutions
 from drake_aerial.control.controller_parameters import ControllerParameters
 from drake_aerial.errors import InputError, JobError
 from drake_aerial.plant.cable import CableParameters
@@ -21,10 +22,6 @@ from drake_aerial.simulation.outcome import Progress
 from drake_aerial.simulation.station_parameters import StationParameters
 from drake_aerial.simulation.suspended_payload import SuspendedPayload
 from drake_aerial.simulation.trial_result import TrialResult
-
-if TYPE_CHECKING:
-    from drake_aerial.cloud.point_cloud import PointCloud
-    from drake_aerial.contacts.solutions import ContactSolutions
 
 
 def prepare_flight(
@@ -58,8 +55,6 @@ def prepare_flight(
     >>> model.p_LLcm[:2].round(3).tolist() == model.p_LC[0, :2].round(3).tolist()
     True
     """
-    from drake_aerial.contacts.solutions import ContactSolutions
-
     options = FlightOptions(
         belief=belief,
         controller=controller,
@@ -220,8 +215,6 @@ def _scan(contacts: ContactSolutions, folder: Path | None, *, needed: bool) -> P
     InputError
         If it is needed and not found.
     """
-    from drake_aerial.contacts.scan_lookup import find_scan
-
     # Without a scan file the payload's own surface is used, as with contacts.json.
     if contacts.scan is not None and (needed or contacts.scan.path):
         return contacts.scan

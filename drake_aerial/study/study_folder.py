@@ -9,24 +9,22 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import yaml
 
 from drake_aerial._version import __version__
+from drake_aerial.cloud.point_cloud import PointCloud
+from drake_aerial.contacts.solutions import ContactSolutions
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
 from drake_aerial.io.archives import load_archive
 from drake_aerial.io.files import replacing, write_text
 from drake_aerial.io.strict_yaml import read_json, read_mapping
+from drake_aerial.skill.contact_skill import ContactSkill
 from drake_aerial.study.plan import StudyPlan
 from drake_aerial.study.records import RECORDS, Record, append_record, cut_unfinished_line
-
-if TYPE_CHECKING:
-    from drake_aerial.cloud.point_cloud import PointCloud
-    from drake_aerial.contacts.solutions import ContactSolutions
-    from drake_aerial.skill.contact_skill import ContactSkill
 
 PLAN = "study.yaml"
 TIMING = "timing.json"
@@ -110,8 +108,6 @@ class StudyFolder:
 
     def contacts(self, condition: str, method: str) -> ContactSolutions | None:
         """Return the contacts of a method, as transferred."""
-        from drake_aerial.contacts.solutions import ContactSolutions
-
         return self._read(self.contacts_path(f"{condition}-{method}"), ContactSolutions.read)
 
     def scan(self, condition: str) -> PointCloud | None:
@@ -122,8 +118,6 @@ class StudyFolder:
 
     def skill(self, condition: str) -> ContactSkill | None:
         """Return the skill that was learnt for a condition."""
-        from drake_aerial.skill.contact_skill import ContactSkill
-
         demonstration = self.conditions.get(condition, {}).get("demonstration")
         if demonstration is None:
             return None

@@ -1,23 +1,18 @@
 """Figure of the contacts of several methods: the demonstration, then each method's best."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from drake_aerial.contacts.solutions import ContactSolutions
 from drake_aerial.geometry import Array
+from drake_aerial.skill.contact_skill import ContactSkill
 from drake_aerial.visualization.colored_mesh import ColoredMesh
 from drake_aerial.visualization.colors import BLACK, GREY, RED, heat, solution_color
 from drake_aerial.visualization.matplotlib_figure import figure, save_figure
 from drake_aerial.visualization.method_meshes import add_formation, skill_mesh
 from drake_aerial.visualization.rendering import render
-
-if TYPE_CHECKING:
-    from drake_aerial.contacts.solutions import ContactSolutions
-    from drake_aerial.skill.contact_skill import ContactSkill
 
 PANEL = (460, 460)
 """Width and height of a rendered panel [pixels]."""

@@ -1,18 +1,18 @@
 """`drake-aerial view`: one page of a cloud, a skill, contacts or a trial."""
 
-from __future__ import annotations
-
 import os
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from drake_aerial.cloud.point_cloud import PointCloud
+from drake_aerial.contacts.solutions import ContactSolutions
 from drake_aerial.errors import InputError
 from drake_aerial.io import model_files
 from drake_aerial.io.archives import load_archive
 from drake_aerial.io.strict_yaml import mapping_from_json
+from drake_aerial.skill.contact_skill import ContactSkill
 from drake_aerial.visualization.colored_mesh import ColoredMesh
 from drake_aerial.visualization.colors import HEAT_COLORS, RANK_COLORS, RED, heat
 from drake_aerial.visualization.meshcat_page import (
@@ -28,11 +28,6 @@ from drake_aerial.visualization.method_meshes import (
     features_mesh,
     skill_mesh,
 )
-
-if TYPE_CHECKING:
-    from drake_aerial.cloud.point_cloud import PointCloud
-    from drake_aerial.contacts.solutions import ContactSolutions
-    from drake_aerial.skill.contact_skill import ContactSkill
 
 CONTACTS_LEGEND: Legend = [
     (RANK_COLORS[0], "best contact, with its quadrotor"),
@@ -118,16 +113,11 @@ def view_of(path: str | Path, *, skill: ContactSkill | None = None) -> View:
             f"no such file: {path}; give a cloud, a skill .npz, a contacts.json or a trial.npz"
         )
     if path.suffix == ".json":
-        from drake_aerial.contacts.solutions import ContactSolutions
-
         solutions = ContactSolutions.read(path)
         cloud = cloud_of(solutions, path.parent)
         return contacts_view(with_query(solutions, cloud, skill), cloud)
     if _schema(path) == "drake_aerial/skill":
-        from drake_aerial.skill.contact_skill import ContactSkill
-
         return skill_view(ContactSkill.load(path))
-    from drake_aerial.cloud.point_cloud import PointCloud
 
     return cloud_view(PointCloud.read(path))
 

@@ -1,17 +1,13 @@
 """Plots over time of one flight or of several flights side by side."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from drake_aerial.simulation.trial_result import TrialResult
 from drake_aerial.visualization.matplotlib_figure import figure, save_figure
-
-if TYPE_CHECKING:
-    from drake_aerial.simulation.trial import TrialResult
 
 COLORS = ("#1b62c4", "#d1432b", "#2a8f4d", "#8a5cc2")
 

@@ -4,6 +4,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydrake.common.eigen_geometry import Quaternion
+from pydrake.geometry import Cylinder, Rgba, Sphere
+from pydrake.math import RigidTransform
 from scipy.optimize import brentq
 
 from drake_aerial.geometry import Array, Pose, identity, perpendicular, quat_from_xz
@@ -45,8 +48,6 @@ class FlightScene:
     def __init__(
         self, meshcat: Any, vertices: Array, faces: Array, p_LC: ArrayLike, cable_length: ArrayLike
     ):
-        from pydrake.geometry import Cylinder, Rgba, Sphere
-
         self.meshcat = meshcat
         self._length = [
             float(length) for length in np.atleast_1d(np.asarray(cable_length, dtype=float))
@@ -104,8 +105,6 @@ class FlightScene:
 
     def extend_flown(self, start: Array, end: Array) -> None:
         """Add a piece between two points (3,) [m] to the flown path."""
-        from pydrake.geometry import Cylinder, Rgba
-
         along = end - start
         length = float(np.linalg.norm(along))
         name = f"flown_path/{self._links}"
@@ -166,9 +165,6 @@ class FlightScene:
                     self._place(f"slack{i}/{k}", middle, q, t)
 
     def _place(self, name: str, p: Array, q: Array, t: float | None) -> None:
-        from pydrake.common.eigen_geometry import Quaternion
-        from pydrake.math import RigidTransform
-
         self.meshcat.SetTransform(
             name, RigidTransform(Quaternion(q / np.linalg.norm(q)), p), time_in_recording=t
         )

@@ -7,23 +7,21 @@ import webbrowser
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from pydrake.systems.framework import Context
 
 from drake_aerial.geometry import Array, Pose, rotate
+from drake_aerial.simulation.flight import Flight
 from drake_aerial.simulation.metrics import SLACK
+from drake_aerial.simulation.trial_result import TrialResult
+from drake_aerial.skill.contact_skill import ContactSkill
 from drake_aerial.statics.gravity import GRAVITY
 from drake_aerial.visualization.file_view import is_trial, view_of
 from drake_aerial.visualization.flight_scene import FlightScene
 from drake_aerial.visualization.meshcat_page import show_mesh, start_meshcat
 from drake_aerial.visualization.replay import record_flight
-
-if TYPE_CHECKING:
-    from pydrake.systems.framework import Context
-
-    from drake_aerial.simulation.flight import Flight
-    from drake_aerial.skill.contact_skill import ContactSkill
 
 Tell = Callable[[str], None]
 
@@ -65,8 +63,6 @@ def live_view(
         As in `write_view`, or if the port is out of range or taken.
     """
     if is_trial(path):
-        from drake_aerial.simulation.trial_result import TrialResult
-
         trial = TrialResult.load(path)
         meshcat = start_meshcat(port)
         record_flight(meshcat, trial)

@@ -1,13 +1,13 @@
 """Coloured meshes of the method's values: surface features, a skill, contacts on a scan."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from drake_aerial.contacts.solutions import Solution
+from drake_aerial.features.surface_features import SurfaceFeatures
 from drake_aerial.geometry import Array, Pose
+from drake_aerial.skill.contact_skill import ContactSkill
 from drake_aerial.visualization.colored_mesh import ColoredMesh
 from drake_aerial.visualization.colors import (
     BLACK,
@@ -20,11 +20,6 @@ from drake_aerial.visualization.colors import (
     diverging,
     solution_color,
 )
-
-if TYPE_CHECKING:
-    from drake_aerial.contacts.solutions import Solution
-    from drake_aerial.features.surface_features import SurfaceFeatures
-    from drake_aerial.skill.contact_skill import ContactSkill
 
 FEATURE_LEGEND = [
     (GREY, "flat"),

@@ -1,21 +1,17 @@
 """The replay of a flight: one self-contained HTML page, made from a trial's series."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from drake_aerial.geometry import Array, Pose
 from drake_aerial.simulation.metrics import SLACK
+from drake_aerial.simulation.trial_result import TrialResult
 from drake_aerial.statics.gravity import GRAVITY
 from drake_aerial.visualization.flight_scene import FLIGHT_LEGEND, FlightScene
 from drake_aerial.visualization.meshcat_page import start_meshcat, write_meshcat_page
 from drake_aerial.visualization.svg_time_plots import TimePlot, svg_time_plots
-
-if TYPE_CHECKING:
-    from drake_aerial.simulation.trial_result import TrialResult
 
 _FRAMES_PER_SECOND = 25.0
 

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from pydrake.autodiffutils import AutoDiffXd, ExtractGradient, ExtractValue, InitializeAutoDiff
 
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
@@ -38,12 +39,6 @@ class Differentiable:
         if x.dtype != object:
             value = self.value_and_jacobian(np.asarray(x, float))[0]
             return float(value[0]) if self._scalar else value
-        from pydrake.autodiffutils import (
-            AutoDiffXd,
-            ExtractGradient,
-            ExtractValue,
-            InitializeAutoDiff,
-        )
 
         if not all(isinstance(entry, AutoDiffXd) for entry in x):
             raise InputError(

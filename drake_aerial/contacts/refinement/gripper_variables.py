@@ -1,10 +1,7 @@
 """Decision variables of a contact program: gripper poses in the cloud's frame."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
+from pydrake.solvers import MathematicalProgram
 
 from drake_aerial.contacts.refinement.contact_constraints import Constraint
 from drake_aerial.contacts.refinement.differentiable import Differentiable
@@ -18,9 +15,6 @@ from drake_aerial.geometry import (
     quat_multiply,
     transform,
 )
-
-if TYPE_CHECKING:
-    from pydrake.solvers import MathematicalProgram
 
 # Number of vectors x whose poses are cached.
 _CACHED = 16

@@ -1,12 +1,11 @@
 """Refinement of contacts as a Drake MathematicalProgram that users can extend (docs/method.md)."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from pydrake.solvers import MathematicalProgram, MathematicalProgramResult
 
 from drake_aerial.contacts.contact_query import ContactQuery
 from drake_aerial.contacts.feasibility.contact_checker import ContactChecker
@@ -28,9 +27,6 @@ from drake_aerial.errors import InputError, JobError
 from drake_aerial.geometry import Array, Pose, axis_of, invert, quat_normalize
 from drake_aerial.skill.contact_skill import ContactSkill
 from drake_aerial.statics.tensions import load_shares
-
-if TYPE_CHECKING:
-    from pydrake.solvers import MathematicalProgram, MathematicalProgramResult
 
 REACH = 0.1
 """Default of the largest displacement of a contact from its seed along each axis [m]."""
@@ -122,8 +118,6 @@ class ContactProgram:
         start: Pose | None = None,
         checker: ContactChecker | None = None,
     ):
-        from pydrake.solvers import MathematicalProgram
-
         X_SG = solution.X_SG if isinstance(solution, Solution) else solution
         if X_SG.p.shape != (len(skill), 3):
             raise InputError(

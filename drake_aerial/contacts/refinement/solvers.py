@@ -1,19 +1,20 @@
 """Solvers of the refinement, and the check of constraints that users add."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Container
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from pydrake.solvers import (
+    IpoptSolver,
+    MathematicalProgram,
+    NloptSolver,
+    SnoptSolver,
+    SolverOptions,
+)
 
 from drake_aerial.contacts.feasibility.reasons import Reason, ReasonKind
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
-
-if TYPE_CHECKING:
-    from pydrake.solvers import MathematicalProgram
-
 
 SOLVERS = ("snopt", "ipopt", "nlopt")
 """Names of the solvers that `ContactProgram.solve` accepts."""
@@ -41,8 +42,6 @@ def solver_by_name(name: str, iterations: int, tolerance: float) -> tuple[Any, A
     InputError
         If the solver is unknown or not available.
     """
-    from pydrake.solvers import IpoptSolver, NloptSolver, SnoptSolver, SolverOptions
-
     settings: dict[str, tuple[Callable[[], Any], dict[str, float | int]]] = {
         "snopt": (
             SnoptSolver,

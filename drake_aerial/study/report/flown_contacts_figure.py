@@ -1,15 +1,14 @@
 """Figure of the flown contacts of a condition: the demonstration, then each method's solutions."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from drake_aerial.contacts.solutions import Solution
 from drake_aerial.geometry import Array
+from drake_aerial.skill.contact_skill import ContactSkill
 from drake_aerial.study.analysis.saliency import SalientSurface
 from drake_aerial.study.report.method_styles import method_color
 from drake_aerial.visualization.colored_mesh import ColoredMesh
@@ -18,10 +17,6 @@ from drake_aerial.visualization.contacts_figure import POINT_RADIUS
 from drake_aerial.visualization.matplotlib_figure import figure, save_png_and_pdf
 from drake_aerial.visualization.method_meshes import add_formation, skill_mesh
 from drake_aerial.visualization.rendering import render
-
-if TYPE_CHECKING:
-    from drake_aerial.contacts.solutions import Solution
-    from drake_aerial.skill.contact_skill import ContactSkill
 
 CELL = (330, 330)
 """Width and height of a rendered cell [pixels]."""
