@@ -65,19 +65,7 @@ def add_command(commands: argparse._SubParsersAction) -> None:
         metavar="NAME|FILE",
         help="transport, hover, line, waypoints, or a YAML file (default: transport)",
     )
-    command.add_argument(
-        "--station",
-        metavar="FILE.yaml",
-        help="team, wind and sensors (default: the paper's); the next four options override parts",
-    )
-    command.add_argument("--quadrotor", metavar="FILE.yaml", help="parameters of all quadrotors")
-    command.add_argument(
-        "--cable",
-        metavar="KIND|FILE",
-        help=f"{', '.join(CABLES)}, or a YAML file with parameters of all cables",
-    )
-    command.add_argument("--gripper", metavar="FILE.yaml", help="parameters of all grippers")
-    command.add_argument("--wind", metavar="FILE.yaml", help="parameters of the wind")
+    _add_station(command)
     command.add_argument(
         "--force",
         action="store_true",
@@ -92,6 +80,23 @@ def add_command(commands: argparse._SubParsersAction) -> None:
     add_live(command, "show the flight in Meshcat while it is simulated, in real time at most")
     add_json(command, "the metrics")
     command.set_defaults(run=run)
+
+
+def _add_station(command: argparse.ArgumentParser) -> None:
+    """Add the files of the station and its parts."""
+    command.add_argument(
+        "--station",
+        metavar="FILE.yaml",
+        help="team, wind and sensors (default: the paper's); the next four options override parts",
+    )
+    command.add_argument("--quadrotor", metavar="FILE.yaml", help="parameters of all quadrotors")
+    command.add_argument(
+        "--cable",
+        metavar="KIND|FILE",
+        help=f"{', '.join(CABLES)}, or a YAML file with parameters of all cables",
+    )
+    command.add_argument("--gripper", metavar="FILE.yaml", help="parameters of all grippers")
+    command.add_argument("--wind", metavar="FILE.yaml", help="parameters of the wind")
 
 
 def run(arguments: argparse.Namespace) -> int:
