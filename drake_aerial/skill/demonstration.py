@@ -119,10 +119,10 @@ class Demonstration:
     def read(cls, path_or_name: str | Path) -> Demonstration:
         """Read a demonstration from a YAML file, or a shipped one by name.
 
-        The file has a `cloud` (see `demonstration_file.CloudEntry`) and a list of `grippers`;
-        `name`, `label` and `description` are optional. Each gripper has a `position` [m]. Optional are its `axis`
-        or `quaternion_wxyz`, its `cable_length` [m], and its `cable_direction` or the position of
-        its `quadrotor` [m]. All are in the cloud's frame.
+        The file has a `cloud` (see `demonstration_file.CloudEntry`) and a list of `grippers`.
+        `name`, `label` and `description` are optional. Each gripper has a `position` [m]. Optional
+        are its `axis` or `quaternion_wxyz`, its `cable_length` [m], and its `cable_direction` or
+        the position of its `quadrotor` [m]. All are in the cloud's frame.
 
         Raises
         ------
