@@ -118,7 +118,7 @@ def test_a_wrong_mass_costs_height(hang, ratio):
 
 
 def test_a_mass_ratio_of_zero_is_refused(hang):
-    with pytest.raises(InputError, match=r"`mass_ratio` must be positive, got 0\.0"):
+    with pytest.raises(InputError, match=r"`mass_ratio` must be > 0, got 0\.0"):
         hover(hang(), mass_ratio=0.0)
 
 
