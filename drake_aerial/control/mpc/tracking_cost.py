@@ -1,4 +1,10 @@
-"""Tracking error of a plan, and its quadratic cost."""
+"""Deviation of model states from a reference, its Jacobian, and its quadratic cost.
+
+The MPC weighs the deviation e (nx = 12 + 7 n): position and velocity of the tracked point, attitude
+and angular velocity of the payload as vectors in the world, and the error-state entries of cables
+and thrusts. With one cable the payload's yaw is not controllable, so only the direction of the
+cable force counts.
+"""
 
 import numpy as np
 
