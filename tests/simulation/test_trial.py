@@ -244,7 +244,7 @@ def test_the_scan_alone_is_enough(quick, tmp_path):
     assert flight.suspended_payload.payload.mass == 0.2
     assert flight.model.p_LLcm[2] == pytest.approx(-cloud.centroid[2], abs=1e-3)
     np.save(tmp_path / "scan.npy", points + 0.1)
-    with pytest.raises(InputError, match="not the one"):
+    with pytest.raises(InputError, match="not the scan of these contacts"):
         prepare_flight(path, trajectory=quick)
     (tmp_path / "scan.npy").unlink()
     with pytest.raises(InputError, match=r"scan\.npy.*`cloud`, --cloud"):
@@ -301,7 +301,7 @@ def test_the_transport_trajectory_is_recorded_by_one_name(name):
         ({"solution": 3}, "`solution` must be one of the ranks 1, got 3"),
         ({"payload": "anvil"}, "box_68x61x28"),
         ({"payload": Payload.from_box([0.68, 0.61, 0.28], 0.5)}, "7.07 N"),
-        ({"mass": 0.2}, "scan alone"),
+        ({"mass": 0.2}, "only by its scan"),
         ({"noise": -1.0}, "noise"),
     ],
 )
