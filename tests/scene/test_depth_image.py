@@ -113,13 +113,43 @@ def test_an_image_without_a_camera_is_refused(tmp_path):
         PointCloud.read(save(tmp_path / "a.png", DEPTH))
 
 
-def test_exr(tmp_path):
+def write_exr(path, **channels):
     OpenEXR = pytest.importorskip("OpenEXR")
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
-    channel = {"Z": (DEPTH / 1000).astype(np.float32)}
-    OpenEXR.File(header, channel).write(str(tmp_path / "a.exr"))
-    cloud = read_depth_image(tmp_path / "a.exr", CAMERA, up=UP)
+    OpenEXR.File(header, channels).write(str(path))
+    return path
+
+
+@pytest.mark.parametrize("channel", ["Z", "Y", "V", "depth.Z", "R"])
+@pytest.mark.parametrize(("dtype", "atol"), [(np.float32, 1e-6), (np.float16, 1e-3)])
+def test_exr(tmp_path, channel, dtype, atol):
+    path = write_exr(tmp_path / "a.exr", **{channel: (DEPTH / 1000).astype(dtype)})
+    cloud = read_depth_image(path, CAMERA, up=UP)
+    np.testing.assert_allclose(cloud.points, by_open3d(DEPTH), atol=atol)
+    assert cloud.dropped_points == 35
+
+
+def test_the_depth_channel_of_an_exr_with_colours_is_taken(tmp_path):
+    grey = np.full(DEPTH.shape, 0.5, np.float32)
+    path = write_exr(tmp_path / "a.exr", R=grey, G=grey, B=grey, Z=(DEPTH / 1000).astype("f4"))
+    cloud = read_depth_image(path, CAMERA, up=UP)
     np.testing.assert_allclose(cloud.points, by_open3d(DEPTH), atol=1e-6)
+
+
+def test_whole_numbers_of_an_exr_are_millimetres(tmp_path):
+    cloud = read_depth_image(write_exr(tmp_path / "a.exr", Z=DEPTH.astype(np.uint32)), CAMERA)
+    np.testing.assert_allclose(cloud.points, by_open3d(DEPTH), atol=1e-6)
+
+
+def test_an_exr_without_depths_is_refused(tmp_path):
+    grey = np.full(DEPTH.shape, 0.5, np.float32)
+    with pytest.raises(InputError, match="has no channel Z, only "):
+        read_depth_image(write_exr(tmp_path / "a.exr", G=grey, B=grey), CAMERA)
+    for data in (b"x", (tmp_path / "a.exr").read_bytes()[:300]):
+        (tmp_path / "a.exr").write_bytes(data)
+        with pytest.raises(InputError, match="cannot read .*a.exr: ") as caught:
+            read_depth_image(tmp_path / "a.exr", CAMERA)
+        assert "\n" not in str(caught.value)
 
 
 def test_exr_without_its_library_names_it(tmp_path, monkeypatch):
