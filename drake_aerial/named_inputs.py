@@ -8,6 +8,7 @@ from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.errors import InputError
 from drake_aerial.io import model_files
 from drake_aerial.plant.payload import Payload
+from drake_aerial.scene.bags import is_bag, read_bag
 from drake_aerial.skill.contact_skill import ContactSkill
 from drake_aerial.skill.demonstration import Demonstration
 from drake_aerial.skill.learn import learn
@@ -53,20 +54,23 @@ def read_scan(
     viewpoint: Sequence[float] | None = None,
     up: Sequence[float] | None = None,
     camera: str | Path | None = None,
+    topic: str | None = None,
 ) -> PointCloud:
     """Return a cloud from a file, or the whole surface of a shipped payload.
 
     Parameters
     ----------
     name_or_path : str or Path
-        A scan of any format that `PointCloud.read` takes, a depth image, or the name of a shipped
-        payload.
+        A scan of any format that `PointCloud.read` takes, a depth image, a bag (a folder of
+        rosbag2, .mcap or .db3), or the name of a shipped payload.
     viewpoint : (3,), optional
         The sensor's position in the cloud's frame [m].
     up : (3,), optional
         Direction against gravity in the cloud's frame; z by default.
     camera : str or Path, optional
         Intrinsics (YAML) of a depth image, whose points are in the camera's frame.
+    topic : str, optional
+        Topic of a bag; by default the only one with points.
 
     Raises
     ------
@@ -80,6 +84,10 @@ def read_scan(
     [0.68, 0.61, 0.28]
     """
     path = Path(name_or_path)
+    if is_bag(path):
+        return read_bag(path, topic, viewpoint=viewpoint, up=up, camera=camera)
+    if topic is not None:
+        raise InputError(f"`topic` must be given for a bag only, got {path}, which is not a bag")
     if camera is not None:
         from drake_aerial.scene.depth_image import read_depth_image
 

@@ -22,7 +22,7 @@ def add_scan(command: argparse.ArgumentParser) -> None:
         "cloud",
         metavar="CLOUD",
         help="a scan in metres (.ply .pcd .obj .stl .npy .npz .xyz .txt .csv .pts .las ...), "
-        "a depth image (with --camera), or the name of a shipped payload",
+        "a depth image (with --camera), a bag (with --topic), or the name of a shipped payload",
     )
     command.add_argument(
         "--viewpoint",
@@ -44,6 +44,11 @@ def add_scan(command: argparse.ArgumentParser) -> None:
         metavar="FILE.yaml",
         help="intrinsics, if CLOUD is a depth image (.png .tif .npy .exr)",
     )
+    command.add_argument(
+        "--topic",
+        metavar="NAME",
+        help="topic of PointCloud2 or depth Image, if CLOUD is a bag (rosbag2 folder .mcap .db3)",
+    )
 
 
 def scan_of(arguments: argparse.Namespace) -> PointCloud:
@@ -55,6 +60,7 @@ def scan_of(arguments: argparse.Namespace) -> PointCloud:
         viewpoint=arguments.viewpoint,
         up=arguments.up,
         camera=arguments.camera,
+        topic=arguments.topic,
     )
     say_assumptions(cloud.to_record())
     return cloud

@@ -17,6 +17,7 @@ class AssumptionKind(StrEnum):
     SPACING = "spacing"
     PRECISION = "precision"
     FACES = "faces"
+    TOPIC = "topic"
 
 
 @dataclass(frozen=True)

@@ -48,6 +48,8 @@ class PointCloud:
         False for a camera's points in its own axes whose `up` was not given.
     camera : dict or None
         Intrinsics of the depth camera, if the cloud was read from a depth image.
+    topic : str or None
+        Topic of the points, if the cloud was read from a bag.
 
     Examples
     --------
@@ -68,6 +70,7 @@ class PointCloud:
     assumptions: tuple[Assumption, ...] = ()
     up_is_known: bool = True
     camera: dict[str, Any] | None = None
+    topic: str | None = None
 
     def to_record(self) -> dict[str, Any]:
         """Return the cloud's record for result files: its source and identity; lengths in m."""
@@ -82,6 +85,8 @@ class PointCloud:
         }
         if self.camera is not None:
             record["camera"] = self.camera
+        if self.topic is not None:
+            record["topic"] = self.topic
         if self.assumptions:
             record["assumptions"] = [
                 {"kind": str(assumption.kind), "text": assumption.text}
@@ -121,7 +126,7 @@ class PointCloud:
             has all its points equal or on a line, is larger than 50 m or smaller than 1 mm, or has
             coordinates too large for 32-bit floats.
         """
-        viewpoint_S = None if viewpoint is None else _position(viewpoint)
+        viewpoint_S = None if viewpoint is None else position(viewpoint)
         up_S = _vector((0.0, 0.0, 1.0) if up is None else up, "up")
         length = np.linalg.norm(up_S)
         if length < 1e-9:
@@ -302,7 +307,7 @@ def _in_camera_axes(axes: str, up_is_known: bool) -> list[Assumption]:
     return found
 
 
-def _position(viewpoint: Any) -> Array:
+def position(viewpoint: Any) -> Array:
     """Return the position (3,) of a viewpoint that is given as a vector or as a pose."""
     if isinstance(viewpoint, Pose) or hasattr(viewpoint, "translation"):
         viewpoint = as_pose(viewpoint).p

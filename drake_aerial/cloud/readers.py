@@ -55,6 +55,8 @@ def _read_file(path: Path) -> RawGeometry:
             f"{path} is an image; a depth image needs its intrinsics: --camera camera.yaml, "
             "or drake_aerial.read_depth_image"
         )
+    if suffix in (".mcap", ".db3"):
+        raise InputError(f"{path} is a bag; read it with drake_aerial.read_scan")
     if suffix not in _READERS:
         given = f"format {suffix!r}" if suffix else "no file extension"
         raise InputError(f"cannot read {path}: {given}; accepted formats are {' '.join(FORMATS)}")

@@ -19,7 +19,7 @@ def find_scan(record: Mapping[str, Any], folder: Path | None) -> PointCloud:
     Parameters
     ----------
     record : mapping
-        `ContactSolutions.cloud`: `path`, `sha256`, `up`, `viewpoint` and `camera`.
+        `ContactSolutions.cloud`: `path`, `sha256`, `up`, `viewpoint`, `camera` and `topic`.
     folder : Path or None
         The folder of contacts.json, if the contacts were read from a file.
 
@@ -34,7 +34,7 @@ def find_scan(record: Mapping[str, Any], folder: Path | None) -> PointCloud:
     places = [Path(path)]
     if folder is not None:
         places += [folder / path, folder / Path(path).name]
-    found = [place for place in dict.fromkeys(places) if os.path.isfile(place)]
+    found = [place for place in dict.fromkeys(places) if os.path.exists(place)]
     for place in found:
         scan = read_recorded_scan(record, place)
         if record.get("sha256") in (None, "", scan.sha256):

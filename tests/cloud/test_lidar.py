@@ -72,7 +72,7 @@ def test_map_coordinates_by_the_pose_of_an_e57_keep_their_precision(tmp_path):
 
 def test_map_coordinates_of_32_bits_in_an_e57_are_refused(tmp_path):
     path = write_e57(tmp_path / "scan.e57", (P, IDENTITY, (0, 0, 0)))
-    with pytest.raises(InputError, match="are 32-bit floats, rounded to steps of 0.06"):
+    with pytest.raises(InputError, match=r"are 32-bit floats, rounded to steps of 0.06"):
         PointCloud.read(path)
 
 

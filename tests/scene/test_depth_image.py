@@ -147,7 +147,7 @@ def test_an_exr_without_depths_is_refused(tmp_path):
         read_depth_image(write_exr(tmp_path / "a.exr", G=grey, B=grey), CAMERA)
     for data in (b"x", (tmp_path / "a.exr").read_bytes()[:300]):
         (tmp_path / "a.exr").write_bytes(data)
-        with pytest.raises(InputError, match="cannot read .*a.exr: ") as caught:
+        with pytest.raises(InputError, match=r"cannot read .*a.exr: ") as caught:
             read_depth_image(tmp_path / "a.exr", CAMERA)
         assert "\n" not in str(caught.value)
 
