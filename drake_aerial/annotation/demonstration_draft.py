@@ -172,7 +172,11 @@ class DemonstrationDraft:
             with replacing(source) as temporary:
                 np.savez_compressed(temporary, points=self.cloud.points)
         cloud: dict[str, Any] = {"file": os.path.relpath(source.resolve(), path.parent.resolve())}
-        if not np.array_equal(self.cloud.up, [0.0, 0.0, 1.0]):
+        of_bag = self.source is not None and self.cloud.topic is not None
+        if of_bag:
+            cloud["topic"] = self.cloud.topic
+        # Without `up`, an IMU of the bag may give another one.
+        if of_bag or not np.array_equal(self.cloud.up, [0.0, 0.0, 1.0]):
             cloud["up"] = _rounded(self.cloud.up)
         if self.cloud.camera is not None:
             cloud["camera"] = self.cloud.camera

@@ -21,6 +21,7 @@ from drake_aerial.io.records import (
     Whole,
     record,
 )
+from drake_aerial.scene.bags import is_bag, read_bag
 from drake_aerial.scene.depth_image import read_depth_image
 
 # A face lies within this distance of the box's top [m].
@@ -35,6 +36,8 @@ class CloudEntry:
     """A scan, relative to the demonstration file."""
     camera: Name | dict[str, Any] | None = None
     """Intrinsics, or their YAML file, if `file` is a depth image."""
+    topic: Name | None = None
+    """Topic of the points, if `file` is a bag."""
     mesh: Name | None = None
     """A mesh file, relative to the demonstration file, or the name of a shipped mesh."""
     box: tuple[Positive, Positive, Positive] | None = None
@@ -65,6 +68,8 @@ class CloudEntry:
             raise InputError(
                 "`view` and `scale` must not be given for a file, only for a mesh or box"
             )
+        if self.topic is not None and self.file is None:
+            raise InputError("`topic` must be given for a `file` that is a bag only")
         if self.view == "top" and self.box is None:
             raise InputError(
                 "`view` must be full or partial for a mesh, got 'top' (for a box only)"
@@ -91,8 +96,10 @@ def read_cloud(entry: CloudEntry, folder: Path) -> PointCloud:
     """
     rng = np.random.default_rng(entry.seed)
     placed: dict[str, Any] = {"viewpoint": entry.viewpoint, "up": entry.up}
-    if entry.file is not None and entry.camera is not None:
-        camera = folder / entry.camera if isinstance(entry.camera, str) else entry.camera
+    camera = folder / entry.camera if isinstance(entry.camera, str) else entry.camera
+    if entry.file is not None and is_bag(folder / entry.file):
+        cloud = read_bag(folder / entry.file, entry.topic, camera=camera, **placed)
+    elif entry.file is not None and camera is not None:
         cloud = read_depth_image(folder / entry.file, camera, up=entry.up)
     elif entry.file is not None:
         cloud = PointCloud.read(folder / entry.file, samples=entry.samples, **placed)

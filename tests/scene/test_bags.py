@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 from drake_aerial import read_scan
+from drake_aerial.annotation.demonstration_draft import DemonstrationDraft
 from drake_aerial.cli import main
 from drake_aerial.contacts.scan_lookup import find_scan
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import rotate
+from drake_aerial.skill.demonstration import Demonstration
 
 rosbag2 = pytest.importorskip("rosbags.rosbag2")
 from rosbags.typesys import Stores, get_typestore  # noqa: E402
@@ -137,8 +139,8 @@ def transforms(*links):
     )
 
 
-def write(path, messages, storage="MCAP"):
-    """Write topics and their messages, 10 ms apart, as a folder of rosbag2."""
+def write(path, messages, storage="MCAP", step=10_000_000):
+    """Write topics and their messages, `step` ns apart, as a folder of rosbag2."""
     plugin = rosbag2.StoragePlugin[storage]
     with rosbag2.Writer(path, version=9, storage_plugin=plugin) as writer:
         for topic, given in messages.items():
@@ -147,7 +149,7 @@ def write(path, messages, storage="MCAP"):
             connection = writer.add_connection(topic, kind, typestore=STORE)
             for k, message in enumerate(given):
                 data = STORE.serialize_cdr(message, kind)
-                writer.write(connection, 1_000_000_000 + k * 10_000_000, data)
+                writer.write(connection, 1_000_000_000 + k * step, data)
     return path
 
 
@@ -280,6 +282,13 @@ def test_the_imu_of_the_same_frame_gives_up(tmp_path):
     np.testing.assert_array_equal(read_scan(bag, up=[0, 0, 1]).up, [0, 0, 1])
 
 
+@pytest.mark.parametrize("later", [400_000_000, 600_000_000])
+def test_the_imu_is_read_within_half_a_second_of_the_points(tmp_path, later):
+    messages = {"/points": cloud(), "/imu": [imu([0, 0, 9.8]), imu([0, 3, 9.0])]}
+    scan = read_scan(write(tmp_path / "bag", messages, step=later))
+    assert (scan.up[1] == 0.0) == (later > 500_000_000)
+
+
 @pytest.mark.parametrize(
     ("message", "reason"),
     [
@@ -376,11 +385,11 @@ def test_damaged_bags_are_refused(tmp_path, storage):
     for damaged in (b"", b"no bag", data[:100], data[: len(data) // 2]):
         file.write_bytes(damaged)
         for path in (file, bag):
-            with pytest.raises(InputError, match="not a valid bag: .") as caught:
+            with pytest.raises(InputError, match=r"cannot read .* as a bag: .") as caught:
                 read_scan(path)
             assert "\n" not in str(caught.value)
     (bag / "metadata.yaml").write_text("{")
-    with pytest.raises(InputError, match="not a valid bag: .") as caught:
+    with pytest.raises(InputError, match=r"cannot read .* as a bag: .") as caught:
         read_scan(bag)
     assert "\n" not in str(caught.value)
 
@@ -408,6 +417,19 @@ def test_contacts_find_the_bag_again(tmp_path, frame):
     np.testing.assert_array_equal(again.points, scan.points)
     np.testing.assert_array_equal(again.up, scan.up)
     assert (again.viewpoint is None) == (frame == "map")
+
+
+def test_a_demonstration_names_the_topic_of_its_bag(tmp_path):
+    top = RNG.uniform(-0.3, 0.3, (5000, 3)) * [1.0, 1.0, 0.0]
+    messages = {"/a": cloud(top + 1.0), "/b": cloud(top), "/imu": imu([0, 9.8, 0])}
+    bag = write(tmp_path / "bag", messages)
+    scan = read_scan(bag, topic="/b", up=[0, 0, 1], viewpoint=[0, 0, 2])
+    draft = DemonstrationDraft(scan, source=bag)
+    shown = draft.demonstration([[0.1, 0.05, 0.0]], name="top")
+    again = Demonstration.read(draft.write(tmp_path / "top.yaml", shown)).cloud
+    np.testing.assert_array_equal(again.points, scan.points)
+    np.testing.assert_array_equal(again.up, [0, 0, 1])
+    np.testing.assert_array_equal(again.viewpoint, [0, 0, 2])
 
 
 def test_contacts_find_the_depth_image_of_a_bag_again(tmp_path):
