@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
+from textwrap import shorten
 from typing import Any
 
 import numpy as np
@@ -131,7 +132,7 @@ def _opened(path: Path) -> Iterator[Any]:
     except PermissionError as error:
         raise InputError(f"cannot read {path}: {error.strerror}") from error
     except Exception as error:  # the library raises errors of many types
-        reason = " ".join(str(error).split()) or type(error).__name__
+        reason = shorten(f"{type(error).__name__}: {error}", 200)
         raise InputError(f"cannot read {path} as a bag: {reason}") from error
 
 
