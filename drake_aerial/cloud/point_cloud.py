@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from drake_aerial.cloud.assumptions import Assumption, AssumptionKind
+from drake_aerial.cloud.boundary import Boundary
 from drake_aerial.cloud.mesh_sampling import sample_surface
 from drake_aerial.cloud.raw_geometry import RawGeometry
 from drake_aerial.cloud.readers import read_geometry
@@ -50,6 +51,8 @@ class PointCloud:
         Intrinsics of the depth camera, if the cloud was read from a depth image.
     topic : str or None
         Topic of the points, if the cloud was read from a bag.
+    boundary : Boundary or None
+        Where the object ends and where it is hidden or cut, if it was found in a scene.
 
     Examples
     --------
@@ -71,6 +74,7 @@ class PointCloud:
     up_is_known: bool = True
     camera: dict[str, Any] | None = None
     topic: str | None = None
+    boundary: Boundary | None = None
 
     def to_record(self) -> dict[str, Any]:
         """Return the cloud's record for result files: its source and identity; lengths in m."""
@@ -224,6 +228,7 @@ class PointCloud:
             points=transform(X_NS, self.points),
             viewpoint=viewpoint,
             up=rotate(X_NS.q, self.up),
+            boundary=self.boundary and self.boundary.transformed(X_NS),
         )
 
     def cropped(self, lower: ArrayLike, upper: ArrayLike) -> PointCloud:
