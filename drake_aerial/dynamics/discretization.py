@@ -45,7 +45,7 @@ def discretize(linear: Linearization, step: float) -> DiscreteModel:
     """Return the flow of the linearised model over `step` [s] with constant input, exact to 1e-3.
 
     Short thrust lags make the model stiff. Where a lag is below step / 1.7, the step is halved
-    until the series holds, and the result is squared as often.
+    until the series holds, and the result is squared as often. With air it is exact to 2e-3.
     """
     halvings = max(0, math.ceil(math.log2(step * float(linear.B_F.max()) / _SERIES_REACH)))
     discrete = _series(linear, step / 2**halvings)
@@ -93,7 +93,23 @@ def _series(linear: Linearization, step: float) -> DiscreteModel:
     drift[:, 3:6] += f_v
     flow.reshape(B, -1)[:, nu :: nu + nx + 2] += 1.0
     Phi[:, 0:3, 3:6] = step * IDENTITY
+    if linear.by_v is not None:
+        _add_damping(flow, linear.by_v, step)
     return DiscreteModel(flow)
+
+
+def _add_damping(flow: Array, by_v: Array, step: float) -> None:
+    """Add the effect of v on (v', y') to a flow (B, nx, nu + nx + 1) over `step` [s], in place.
+
+    Half of it acts before the flow and half after it (Strang splitting), which is exact to the
+    second order of the step.
+    """
+    nu = flow.shape[2] - flow.shape[1] - 1
+    half = (0.5 * step) * by_v
+    half += 0.5 * half @ half[:, 0:3]
+    v = slice(nu + 3, nu + 6)
+    flow[:, :, v] += flow[:, :, nu + 3 : -1] @ half
+    flow[:, 3:] += half @ flow[:, 3:6]
 
 
 def repeated(discrete: DiscreteModel, times: Array) -> DiscreteModel:

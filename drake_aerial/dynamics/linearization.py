@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from drake_aerial.dynamics.air_forces import AirJacobians, air_jacobians
 from drake_aerial.dynamics.payload_model import (
     PayloadDerivative,
     PayloadState,
@@ -35,6 +36,8 @@ class Linearization(NamedTuple):
         Diagonal of the derivative of F' with respect to u, which acts on nothing else [1/s].
     E : (B, n, 3, 2) array
         The tangent bases in which the cables' errors are expressed.
+    by_v : (B, 3 + ny, 3) array or None
+        Derivative of (v', y') with respect to v, by drag; None without air.
     """
 
     rate: Array
@@ -42,6 +45,7 @@ class Linearization(NamedTuple):
     A_y: Array
     B_F: Array
     E: Array
+    by_v: Array | None = None
 
     def full(self) -> tuple[Array, Array]:
         """Return the dense A (B, nx, nx) and B (nx, 3 n)."""
@@ -51,6 +55,8 @@ class Linearization(NamedTuple):
         A[:, 0:3, 3:6] = np.eye(3)
         A[:, 3:6, 6:] = self.A_v
         A[:, 6:, 6:] = self.A_y
+        if self.by_v is not None:
+            A[:, 3:, 3:6] = self.by_v
         G = np.zeros((nx, nu))
         G[nx - nu :] = np.diag(self.B_F)
         return A, G
@@ -62,6 +68,7 @@ def linearize(
     u: Array,
     E: Array | None = None,
     wrench: Array | None = None,
+    wind: Array | None = None,
 ) -> Linearization:
     """Return the model linearised at a batch of states.
 
@@ -76,24 +83,32 @@ def linearize(
         Tangent bases at x; computed if not given.
     wrench : (6,) array, optional
         As in `derivative`. It is constant in its axes, so it has no derivatives of its own.
+    wind : (3,) array, optional
+        As in `derivative`.
     """
     n, B, ny = model.n, len(x.p), 6 + 7 * model.n
     iA, iB = 6, 6 + 2 * n
-    d = derivative(model, x, u, wrench)
+    d = derivative(model, x, u, wrench, wind)
     E = tangent_basis(x.xi) if E is None else E
     tilt = np.empty_like(E)  # d xi / d alpha
     tilt[..., 0] = -E[..., 1]
     tilt[..., 1] = E[..., 0]
     turning = np.vecmat(d.q, tilt)
     spin = np.vecmat(x.w, E)
-    X, G = _acceleration_jacobians(model, x, d, E, tilt, turning, spin)
+    air = None if model.air is None else air_jacobians(model, x, tilt, wind)
+    X, G = _acceleration_jacobians(model, x, d, E, tilt, turning, spin, air)
 
+    # With air there are columns of v behind those of y.
+    width = ny if air is None else ny + 3
     constant, by_thrusts = model.constant_jacobians
-    A_y = np.empty((B, ny, ny))
-    A_y[:] = constant
+    A_y = np.zeros((B, ny, width))
+    A_y[:, :, :ny] = constant
     A_y[:, 0:3, 0:3] = -0.5 * skew(x.W)
     A_y[:, 3:6] = X[:, 0:3]
-    q_y = G.reshape(B, n, 3, ny) / model.cable_length[:, None, None] + by_thrusts
+    q_y = G.reshape(B, n, 3, width) / model.cable_length[:, None, None]
+    q_y[..., :ny] += by_thrusts
+    if air is not None:
+        q_y -= air.on_quadrotors / (model.quadrotor_mass * model.cable_length)[:, None, None]
     own_blocks(q_y, iA, 2)[:] += skew(d.q) @ E
     by_cable = tilt.mT @ q_y
     # Transport of w along the sphere: the chart's curvature, of second order in the cable's rate.
@@ -101,11 +116,15 @@ def linearize(
     normal[..., 0] = -spin[..., 1]
     normal[..., 1] = spin[..., 0]
     own_blocks(by_cable, iA, 2)[:] -= 0.5 * normal[..., :, None] * normal[..., None, :]
-    A_y[:, iB : iB + 2 * n] = by_cable.reshape(B, 2 * n, ny)
+    A_y[:, iB : iB + 2 * n] = by_cable.reshape(B, 2 * n, width)
 
     cables = (spin.reshape(B, 2 * n), turning.reshape(B, 2 * n))
     rate = np.concatenate([d.v, d.a, d.W, d.dW, *cables, d.dF.reshape(B, 3 * n)], axis=1)
-    return Linearization(rate, X[:, 3:6], A_y, 1.0 / model.thrust_lag.ravel(), E)
+    B_F = 1.0 / model.thrust_lag.ravel()
+    if air is None:
+        return Linearization(rate, X[:, 3:6], A_y, B_F, E)
+    by_v = np.concatenate([X[:, 3:6, ny:], A_y[:, :, ny:]], axis=1)
+    return Linearization(rate, X[:, 3:6, :ny], np.ascontiguousarray(A_y[:, :, :ny]), B_F, E, by_v)
 
 
 def _acceleration_jacobians(
@@ -116,8 +135,12 @@ def _acceleration_jacobians(
     tilt: Array,
     turning: Array,
     spin: Array,
+    air: AirJacobians | None = None,
 ) -> tuple[Array, Array]:
     """Return derivatives with respect to y of the payload's and the contacts' accelerations.
+
+    With air, width = ny + 3 and the last columns are derivatives with respect to v; else width =
+    ny.
 
     The tensions are differentiated implicitly: first all terms with T held fixed, then along
     D dT = -d(residual).
@@ -130,15 +153,17 @@ def _acceleration_jacobians(
         Derivative of the cables' directions with respect to their errors.
     turning, spin : (B, n, 2) arrays
         Angular accelerations and rates of the cables, in the tangent bases.
+    air : AirJacobians, optional
 
     Returns
     -------
-    X : (B, 6, ny) array
+    X : (B, 6, width) array
         Of the angular acceleration in the axes of L and the CoM's acceleration in the world.
-    G : (B, 3 n, ny) array
+    G : (B, 3 n, width) array
         Of the contacts' accelerations in the world.
     """
     n, B, ny = model.n, len(x.p), 6 + 7 * model.n
+    width = ny if air is None else ny + 3
     a, l = model.arms, model.cable_length
     iA, iB, iF = 6, 6 + 2 * n, 6 + 4 * n
     T = d.tension[:, :, None, None]
@@ -148,13 +173,16 @@ def _acceleration_jacobians(
     Wx = skew(x.W)
 
     # Moment about the CoM and acceleration of the CoM, tensions held fixed.
-    X = np.zeros((B, 6, ny))
+    X = np.zeros((B, 6, width))
     N = X[:, 0:3]
     N[:, :, 0:3] = -pull.sum(1)
     N[:, :, 3:6] = skew(x.W @ model.inertia) - Wx @ model.inertia
     N[:, :, iA:iB] = np.swapaxes(pull @ (x.R.mT[:, None] @ E), 1, 2).reshape(B, 3, 2 * n)
     X[:, 0:3, :iB] = model.inertia_inverse @ N[:, :, :iB]
     X[:, 3:6, iA:iB] = np.swapaxes(tilt * (T / -model.mass), 1, 2).reshape(B, 3, 2 * n)
+    if air is not None:
+        X[:, 0:3] += model.inertia_inverse @ air.wrench[:, 3:6]
+        X[:, 3:6] += air.wrench[:, 0:3] / model.mass
     X_T = np.empty((B, 6, n))
     X_T[:, 0:3] = -(np.matvec(arm, eta) @ model.inertia_inverse).mT
     X_T[:, 3:6] = x.xi.mT / -model.mass
@@ -172,10 +200,13 @@ def _acceleration_jacobians(
     G[:, :, 0:6] += own.reshape(B, 3 * n, 6)
 
     # Change of the tensions, and what it adds to both.
-    residual = -(x.xi[:, :, None] @ G.reshape(B, n, 3, ny))
+    residual = -(x.xi[:, :, None] @ G.reshape(B, n, 3, width))
     own_blocks(residual, iA, 2)[:, :, 0] += turning * -l[:, None]
     own_blocks(residual, iB, 2)[:, :, 0] += spin * (-2.0 * l[:, None])
     own_blocks(residual, iF, 3)[:, :, 0] += x.xi / model.quadrotor_mass[:, None]
+    if air is not None:
+        by_mass = x.xi / model.quadrotor_mass[:, None]
+        residual += by_mass[:, :, None] @ air.on_quadrotors
     dT = -(d.tension_inverse @ residual[:, :, 0])
     X += X_T @ dT
     G += (lever @ X_T) @ dT

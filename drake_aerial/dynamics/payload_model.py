@@ -10,7 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from drake_aerial.dynamics.air_forces import air_forces
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
+from drake_aerial.dynamics.payload_state import PayloadState
 from drake_aerial.geometry import (
     IDENTITY,
     Array,
@@ -24,33 +26,6 @@ from drake_aerial.statics.gravity import GRAVITY
 
 _TINY = 1e-30
 """Smaller than the rounding error of any relevant squared angle [rad^2]."""
-
-
-class PayloadState(NamedTuple):
-    """Batch of states of the model.
-
-    Attributes
-    ----------
-    p, v : (B, 3) arrays
-        CoM position and velocity in the world [m, m/s].
-    R : (B, 3, 3) array
-        Attitude R_WL.
-    W : (B, 3) array
-        Angular velocity of the payload in the axes of L [rad/s].
-    xi, w : (B, n, 3) arrays
-        Directions (unit, from quadrotor to contact) and angular velocities [rad/s] of the cables,
-        in the world.
-    F : (B, n, 3) array
-        Thrust vectors in the world [N].
-    """
-
-    p: Array
-    v: Array
-    R: Array
-    W: Array
-    xi: Array
-    w: Array
-    F: Array
 
 
 class PayloadDerivative(NamedTuple):
@@ -95,7 +70,11 @@ class PayloadDerivative(NamedTuple):
 
 
 def derivative(
-    model: PayloadModelParameters, x: PayloadState, u: Array, wrench: Array | None = None
+    model: PayloadModelParameters,
+    x: PayloadState,
+    u: Array,
+    wrench: Array | None = None,
+    wind: Array | None = None,
 ) -> PayloadDerivative:
     """Return the time derivative of a batch of states.
 
@@ -110,7 +89,14 @@ def derivative(
         Commanded thrusts [N].
     wrench : (6,) array, optional
         External force on the payload's CoM in the world [N], and moment in the axes of L [N m].
+    wind : (3,) array, optional
+        Velocity of the air in the world [m/s], of a model with air.
     """
+    F = x.F
+    if model.air is not None:
+        air = air_forces(model, x, wind)
+        wrench = air.wrench if wrench is None else air.wrench + wrench
+        F = F + air.on_quadrotors
     M, J, Jinv, a = model.mass, model.inertia, model.inertia_inverse, model.arms
     m, l = model.quadrotor_mass, model.cable_length
     eta = x.xi @ x.R
@@ -118,26 +104,26 @@ def derivative(
     Wx = skew(x.W)
     gyro = -np.matvec(Wx, x.W @ J)
     if wrench is not None:
-        gyro = gyro + wrench[3:6]
+        gyro = gyro + wrench[..., 3:6]
     centripetal = (Wx @ (Wx @ a.T)).mT
     D = x.xi @ x.xi.mT / M + (S @ Jinv) @ S.mT + model.inverse_masses
     rhs = (
         l * np.vecdot(x.w, x.w)
-        - np.vecdot(x.xi, x.F) / m
+        - np.vecdot(x.xi, F) / m
         + np.vecdot(eta, centripetal)
         + np.matvec(S, gyro @ Jinv)
     )
     if wrench is not None:
-        rhs += x.xi @ (wrench[0:3] / M)
+        rhs += np.matvec(x.xi, wrench[..., 0:3] / M)
     # Well conditioned: 1/m is on the diagonal of D.
     inverse = np.linalg.inv(D).astype(float, copy=False) if model.n > 1 else 1.0 / D
     T = np.matvec(inverse, rhs)
     acceleration = np.vecmat(T, x.xi) / -M
     if wrench is not None:
-        acceleration += wrench[0:3] / M
+        acceleration += wrench[..., 0:3] / M
     dW = (gyro - np.vecmat(T, S)) @ Jinv
     arm = (skew(dW) @ a.T).mT + centripetal
-    q = (acceleration[:, None] + arm @ x.R.mT - x.F / m[:, None]) / l[:, None]
+    q = (acceleration[:, None] + arm @ x.R.mT - F / m[:, None]) / l[:, None]
     acceleration[:, 2] -= GRAVITY
     return PayloadDerivative(
         x.v, acceleration, x.W, dW, x.xi, x.w, (u - x.F) / model.thrust_lag, T, q, arm, inverse

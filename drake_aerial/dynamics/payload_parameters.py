@@ -12,7 +12,31 @@ from numpy.typing import ArrayLike
 
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, skew
+from drake_aerial.plant.air import PayloadAir
 from drake_aerial.statics.gravity import GRAVITY
+
+
+@dataclass(frozen=True, eq=False)
+class ModelAir:
+    """What the model knows of the air.
+
+    Attributes
+    ----------
+    drag : (3, 3) array
+        Matrix K of the payload's drag |v| K v, in the axes of L [kg/m].
+    p_LD : (3,) array
+        Point in L at which drag and buoyancy act [m].
+    rotor_drag : (n,) array
+        Rotor drag of each quadrotor across its thrust [kg/s].
+    mass : float
+        Mass of the air that is accelerated with the payload. It is part of the model's mass, and
+        its weight is balanced [kg].
+    """
+
+    drag: Array
+    p_LD: Array
+    rotor_drag: Array
+    mass: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +63,9 @@ class PayloadModelParameters:
         the MPC's step.
     min_thrust, max_thrust : (n,) arrays
         Limits of the total thrust of each quadrotor [N].
+    air : ModelAir, optional
+        None for no air. Mass, inertia and CoM are then those of everything that is accelerated;
+        `in_air` adds the air to the properties of a payload that is known without it.
 
     Raises
     ------
@@ -55,6 +82,7 @@ class PayloadModelParameters:
     thrust_lag: Any = (0.1, 0.1, 0.03)
     min_thrust: Any = 0.8
     max_thrust: Any = 7.07
+    air: ModelAir | None = None
 
     def __post_init__(self) -> None:
         p_LC = np.atleast_2d(np.asarray(self.p_LC, float))
@@ -165,12 +193,39 @@ class PayloadModelParameters:
         """Return the model with some of the cables only; the mass of the others' grippers stays."""
         index = list(quadrotors)
         names = ("p_LC", "quadrotor_mass", "cable_length", "thrust_lag", "min_thrust", "max_thrust")
-        return replace(self, **{name: getattr(self, name)[index] for name in names})
+        air = self.air and replace(self.air, rotor_drag=self.air.rotor_drag[index])
+        return replace(self, **{name: getattr(self, name)[index] for name in names}, air=air)
+
+    def in_air(self, payload: PayloadAir, rotor_drag: ArrayLike) -> PayloadModelParameters:
+        """Return the model with air: drag, and the mass of the air that moves along.
+
+        Parameters
+        ----------
+        payload : PayloadAir
+            In the axes of L.
+        rotor_drag : float or (n,) array
+            Rotor drag of each quadrotor across its thrust [kg/s].
+        """
+        mass = self.mass + payload.mass
+        com = (self.mass * self.p_LLcm + payload.mass * payload.centre) / mass
+        inertia = self.inertia + payload.inertia
+        for part, at in ((self.mass, self.p_LLcm), (payload.mass, payload.centre)):
+            inertia = inertia + part * (
+                (at - com) @ (at - com) * np.eye(3) - np.outer(at - com, at - com)
+            )
+        each = _array("rotor_drag", rotor_drag, (self.n,))
+        air = ModelAir(payload.drag, payload.centre, each, payload.mass)
+        return replace(self, mass=mass, p_LLcm=com, inertia=inertia, air=air)
+
+    @property
+    def hanging_mass(self) -> float:
+        """Mass that a scale shows: all that hangs on the cables, without the air [kg]."""
+        return self.mass if self.air is None else self.mass - self.air.mass
 
     @property
     def weight(self) -> float:
         """Weight of payload and quadrotors together [N]."""
-        return GRAVITY * (self.mass + float(self.quadrotor_mass.sum()))
+        return GRAVITY * (self.hanging_mass + float(self.quadrotor_mass.sum()))
 
 
 def _array(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:

@@ -5,6 +5,7 @@ import numpy as np
 from drake_aerial.dynamics.payload_model import PayloadState
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
 from drake_aerial.geometry import matrix_from_quat, random_rotation
+from drake_aerial.plant.air import PayloadAir
 
 
 def random_model(n, seed=0):
@@ -40,3 +41,12 @@ def random_state(n, batch, seed=0, rates=1.0):
 
 def random_input(n, batch, seed=0):
     return np.random.default_rng(seed + 100).normal(0.0, 1.0, (batch, n, 3)) + [0.0, 0.0, 4.0]
+
+
+def random_model_in_air(n, seed=0):
+    """The random model with drag, whose centre is off the centre of mass, and air that moves."""
+    rng = np.random.default_rng(seed + 50)
+    turn = matrix_from_quat(random_rotation(rng))
+    drag = turn @ np.diag([0.05, 0.08, 0.2]) @ turn.T
+    air = PayloadAir(drag, np.array([0.05, -0.08, 0.03]), 0.15, np.diag([2e-3, 3e-3, 4e-3]))
+    return random_model(n, seed).in_air(air, rng.uniform(0.1, 0.3, n))

@@ -12,7 +12,12 @@ from drake_aerial.dynamics.discretization import (
 )
 from drake_aerial.dynamics.linearization import linearize
 from drake_aerial.dynamics.payload_model import retract, tangent_basis
-from tests.control.payload_cases import random_input, random_model, random_state
+from tests.control.payload_cases import (
+    random_input,
+    random_model,
+    random_model_in_air,
+    random_state,
+)
 from tests.dynamics.integration import difference, integrate
 
 
@@ -27,13 +32,16 @@ def exact_flow(linear, k, h):
 
 
 @pytest.mark.parametrize("n", [1, 3])
-def test_discretization_is_the_exponential_of_the_linear_model(n):
-    model = random_model(n, seed=n)
+@pytest.mark.parametrize("make", [random_model, random_model_in_air])
+def test_discretization_is_the_exponential_of_the_linear_model(n, make):
+    model = make(n, seed=n)
     x, u = random_state(n, 3, seed=n, rates=0.3), random_input(n, 3)
     linear = linearize(model, x, u)
     discrete = discretize(linear, 0.05)
     for k in range(3):
-        np.testing.assert_allclose(discrete.flow[k], exact_flow(linear, k, 0.05), atol=1e-3)
+        np.testing.assert_allclose(
+            discrete.flow[k], exact_flow(linear, k, 0.05), atol=2e-3 if model.air else 1e-3
+        )
 
 
 @pytest.mark.parametrize("lag", [0.028, 0.01, 1e-3, 1e-5])
