@@ -35,15 +35,20 @@ def camera_axes(points: Array) -> str | None:
     return "z forward" if z[0] > 0.0 else "z backward"
 
 
-def _is_lattice(values: Array) -> bool:
-    """Return whether values (N,) are close to a few equidistant ones."""
+def lattice_step(values: Array) -> float | None:
+    """Return the distance of the few equidistant numbers that values (N,) are close to, or None."""
     gaps = np.sort(np.diff(np.sort(values)))
     width = gaps.sum()
     if not width > 0.0:
-        return False
+        return None
     # Half of the width is made of gaps that are at least as wide as a step.
-    step = gaps[np.searchsorted(np.cumsum(gaps), 0.5 * width)]
+    step = float(gaps[np.searchsorted(np.cumsum(gaps), 0.5 * width)])
     small = gaps < 0.25 * step
     columns = len(gaps) - int(np.count_nonzero(small)) + 1
     spread = float(gaps[small].sum()) / width
-    return bool(spread < _MAX_SPREAD and columns * _MIN_SHARED <= len(values))
+    return step if spread < _MAX_SPREAD and columns * _MIN_SHARED <= len(values) else None
+
+
+def _is_lattice(values: Array) -> bool:
+    """Return whether values (N,) are close to a few equidistant ones."""
+    return lattice_step(values) is not None

@@ -1,0 +1,254 @@
+"""Join the parts of one object: over noise, inside hollow things, behind occluders, at handles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_aerial.geometry import Array
+from drake_aerial.scene.creases import JUMP_DEVIATIONS
+from drake_aerial.scene.parameters import SceneParameters
+from drake_aerial.scene.parts import Part
+from drake_aerial.scene.regions import find_rims, nearest_labelled
+from drake_aerial.scene.surfaces import Surfaces
+
+Labels = NDArray[np.int64]
+# Pairs of pixels closer than this see the same rim; wider gaps are shadows [pixels].
+_CLOSE = 8.0
+# Parts are one if more than this share of their common rim is neither a jump nor concave.
+_SMOOTH, _LEAST_RIM = 0.5, 8
+# Facing up: cosine of the angle to the vertical.
+_UP, _WALL = 0.75, 0.5
+# A hollow thing's top faces cover at most this share of its footprint.
+_HOLLOW = 0.35
+# Rims of a hollow thing are level within this share of its height, and at least this length [m].
+_LEVEL_SHARE, _LEVEL = 0.15, 0.01
+# The far wall's width, as a share of the near wall's.
+_WIDTH = 0.6
+# The viewer must look into a hollow thing from this far [deg] above.
+_INTO = 10.0
+# A floor's share inside the footprint of its walls.
+_INSIDE = 0.8
+
+
+@dataclass(eq=False)
+class Groups:
+    """Groups of parts that are one object; groups are named by their least part."""
+
+    parts: dict[int, Part]
+    head: dict[int, int] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.head = {number: number for number in self.parts}
+
+    def of(self, number: int) -> int:
+        """Return the group of a part, by its least part."""
+        while self.head[number] != number:
+            number = self.head[number]
+        return number
+
+    def join(self, first: int, second: int) -> bool:
+        """Make two groups one; return whether they were two."""
+        low, high = sorted((self.of(first), self.of(second)))
+        self.head[high] = low
+        return low != high
+
+    def members(self) -> dict[int, list[int]]:
+        """Return the parts of each group."""
+        found: dict[int, list[int]] = {}
+        for number in self.parts:
+            found.setdefault(self.of(number), []).append(number)
+        return found
+
+    def part(self, group: int) -> Part:
+        """Return a group's geometry as one part."""
+        parts = [self.parts[number] for number in self.members()[self.of(group)]]
+        return Part(*(np.concatenate([getattr(part, name) for part in parts]) for name in Part.__annotations__))
+
+
+@dataclass(frozen=True, eq=False)
+class Contact:
+    """The common rim of two labels.
+
+    Attributes
+    ----------
+    own, other : (K,) int array
+        Flat pixels of the lower and the higher label.
+    gap : (K,) array
+        Pixels between them.
+    jump, concave : (K,) bool array
+        Whether the surface jumps or is concave there.
+    nearer : (K,) bool array
+        Whether the lower label's surface is in front of the other's.
+    """
+
+    own: Labels
+    other: Labels
+    gap: Array
+    jump: NDArray[np.bool_]
+    concave: NDArray[np.bool_]
+    nearer: NDArray[np.bool_]
+
+
+def find_contacts(
+    labels: Labels, surfaces: Surfaces, parameters: SceneParameters
+) -> dict[tuple[int, int], Contact]:
+    """Return the common rims of all pairs of labels (lower, higher)."""
+    rims = find_rims(labels, nearest_labelled(labels), parameters.widest_shadow)
+    flat = labels.ravel()
+    swap = flat[rims.first] > flat[rims.second]
+    own = np.where(swap, rims.second, rims.first)
+    other = np.where(swap, rims.first, rims.second)
+    planes = surfaces.planes
+    rays = planes.rays.reshape(-1, 2)
+    coefficients = planes.coefficients.reshape(-1, 3)
+    normal = planes.normal.reshape(-1, 3)
+    points, value = surfaces.points.reshape(-1, 3), planes.value.ravel()
+
+    def deviation(of: Labels, at: Labels) -> Array:
+        """Return how far one pixel's plane, at the other pixel, is from its value."""
+        return (coefficients[of, :2] * rays[at]).sum(axis=1) + coefficients[of, 2] - value[at]
+
+    limit = JUMP_DEVIATIONS * planes.noise
+    least = np.minimum(np.abs(deviation(own, other)), np.abs(deviation(other, own)))
+    jump = ~(least <= limit)
+    bent = (normal[own] * normal[other]).sum(axis=1) < np.cos(np.deg2rad(parameters.concave_angle))
+    lean = ((normal[own] - normal[other]) * (points[own] - points[other])).sum(axis=1)
+    nearer = points[own, 2] < points[other, 2]
+    key = flat[own] * (flat.max() + 1) + flat[other]
+    order = np.argsort(key, kind="stable")
+    found = {}
+    for run in np.split(order, np.flatnonzero(np.diff(key[order])) + 1):
+        if len(run):
+            pair = int(flat[own[run[0]]]), int(flat[other[run[0]]])
+            found[pair] = Contact(
+                own[run], other[run], rims.gap[run], jump[run], (bent & (lean < 0.0))[run], nearer[run]
+            )
+    return found
+
+
+def join_smooth(groups: Groups, contacts: dict[tuple[int, int], Contact]) -> None:
+    """Join parts whose common rim is mostly smooth: noise had parted them."""
+    for (first, second), contact in contacts.items():
+        if first not in groups.parts:
+            continue
+        close = contact.gap <= _CLOSE
+        if np.count_nonzero(close) >= _LEAST_RIM:
+            smooth = ~contact.jump[close] & ~contact.concave[close]
+            if smooth.mean() > _SMOOTH:
+                groups.join(first, second)
+
+
+def join_hollow(
+    groups: Groups, contacts: dict[tuple[int, int], Contact], p_U_viewer: Array | None
+) -> set[int]:
+    """Join the walls of bowls, cups and trays; return the groups that are hollow.
+
+    Seen from above, a closed thing shows its top. Two walls with level rims and no top between them
+    belong to one hollow thing: neighbours in a concave edge, or the near wall and the far wall
+    behind its rim.
+    """
+    hollow: set[int] = set()
+    changed = True
+    while changed:
+        changed = False
+        for (first, second), contact in contacts.items():
+            if first not in groups.parts or groups.of(first) == groups.of(second):
+                continue
+            walls = groups.part(first), groups.part(second)
+            if not _level_rims(*walls) or not _open(walls, p_U_viewer):
+                continue
+            beside = np.count_nonzero(~contact.jump & contact.concave & (contact.gap <= _CLOSE))
+            if beside >= 0.3 * len(contact.own) and min(map(_wall_share, walls)) > 0.8:
+                changed |= groups.join(first, second)
+                continue
+            if np.mean(contact.jump) < 0.5:
+                continue
+            near, far = walls if np.mean(contact.nearer) > 0.5 else walls[::-1]
+            if _same_width(near, far, p_U_viewer):
+                changed |= groups.join(first, second)
+                hollow.add(groups.of(first))
+    return {groups.of(number) for number in hollow}
+
+
+def join_floors(
+    groups: Groups,
+    labels: Labels,
+    hollow: set[int],
+    contacts: dict[tuple[int, int], Contact],
+    islands: dict[int, Part],
+) -> list[tuple[int, int]]:
+    """Join what lies inside hollow groups: their floors and their inner walls' pieces.
+
+    Returns pairs of an island of the support and the hollow group around it.
+    """
+    found = []
+    for head in hollow:
+        whole = groups.part(head)
+        rim = np.percentile(whole.height, 95)
+        for number, part in [*groups.parts.items(), *islands.items()]:
+            if number in groups.parts and groups.of(number) == groups.of(head):
+                continue
+            flat = np.mean(part.normals[:, 2] > _UP) > 0.6 or number in islands
+            low = np.percentile(part.height, 95) < rim - 0.01
+            if flat and low and inside_share(part.points, whole.points) > _INSIDE:
+                if number in groups.parts:
+                    groups.join(head, number)
+                else:
+                    found.append((number, groups.of(head)))
+    return found
+
+
+def _level_rims(first: Part, second: Part) -> bool:
+    tops = [np.percentile(part.height, 97) for part in (first, second)]
+    return abs(tops[0] - tops[1]) < max(_LEVEL, _LEVEL_SHARE * max(tops))
+
+
+def _wall_share(part: Part) -> float:
+    return float(np.mean(part.normals[:, 2] < _UP))
+
+
+def _open(walls: tuple[Part, Part], p_U_viewer: Array | None) -> bool:
+    """Return whether two walls' tops cover little of their footprint, seen from above."""
+    points = np.concatenate([wall.points for wall in walls])
+    height = np.concatenate([wall.height for wall in walls])
+    normals = np.concatenate([wall.normals for wall in walls])
+    area = np.concatenate([wall.area for wall in walls])
+    if p_U_viewer is not None:
+        away = p_U_viewer - points[np.argmax(height)]
+        if away[2] < np.tan(np.deg2rad(_INTO)) * np.linalg.norm(away[:2]):
+            return False
+    top = height > np.percentile(height, 97) - max(_LEVEL, 0.5 * np.ptp(height))
+    covered = float((area * normals[:, 2])[top & (normals[:, 2] > _UP)].sum())
+    return covered < _HOLLOW * _hull_area(points[:, :2])
+
+
+def _same_width(near: Part, far: Part, p_U_viewer: Array | None) -> bool:
+    """Return whether a far wall lies behind a near one and is nearly as wide."""
+    if p_U_viewer is None:
+        return False
+    middle = near.points[:, :2].mean(axis=0) - p_U_viewer[:2]
+    across = np.array([-middle[1], middle[0]]) / max(np.linalg.norm(middle), 1e-9)
+    ends = [np.percentile(part.points[:, :2] @ across, [1, 99]) for part in (near, far)]
+    widths = [np.ptp(end) for end in ends]
+    margin = max(_LEVEL, _LEVEL_SHARE * max(widths))
+    within = ends[1][0] > ends[0][0] - margin and ends[1][1] < ends[0][1] + margin
+    return bool(within and widths[1] > _WIDTH * widths[0])
+
+
+def _hull_area(flat: Array) -> float:
+    import cv2
+
+    hull = cv2.convexHull(flat.astype(np.float32))
+    return float(cv2.contourArea(hull))
+
+
+def inside_share(points: Array, around: Array) -> float:
+    """Return the share of points (N, 3) whose footprint is in the hull of others' (M, 3)."""
+    import cv2
+
+    hull = cv2.convexHull(around[:, :2].astype(np.float32))
+    chosen = points[:: max(1, len(points) // 200), :2].astype(np.float32)
+    return float(np.mean([cv2.pointPolygonTest(hull, tuple(map(float, p)), False) >= 0 for p in chosen]))

@@ -1,0 +1,137 @@
+"""The planes that things stand on: a floor, a table; not a wall, nor the top of a parcel."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_aerial.geometry import Array
+from drake_aerial.scene.gravity import angle_deg
+from drake_aerial.scene.regions import find_rims, nearest_labelled
+from drake_aerial.scene.surfaces import Plane, Surfaces
+
+Mask = NDArray[np.bool_]
+# A support's normal is within this angle [deg] of a given up (a ramp is steeper).
+_LEVEL = 15.0
+# A support has at least this share of the points of the largest level plane.
+_LEAST_SHARE = 0.05
+# A plane this far [m] above a lower support is a support too if things stand on it and its rim is
+# free: at most this share of it has a wall below, as a box has.
+_LEVEL_HEIGHT, _WALLED = 0.15, 0.3
+# Things stand on a plane if at least this share of the scene's points are above it, within its
+# hull.
+_LEAST_ABOVE = 0.001
+
+
+def find_supports(faces: list[Plane], up: Array, surfaces: Surfaces, least_height: float) -> list[Plane]:
+    """Return the planes that things stand on, the one with the most points first.
+
+    The lowest level plane with things above it is one. A level plane above it is one if things
+    stand on it and no walls join its rim to the ground; otherwise it is an object's top.
+
+    Parameters
+    ----------
+    faces : list of Plane
+        Planar faces in the image frame.
+    up : (3,) array
+        Unit vector against gravity in the image frame.
+    surfaces : Surfaces
+        The scene's surfaces.
+    least_height : float
+        Least height [m] of things.
+    """
+    level = [face for face in faces if angle_deg(face.normal, up) < _LEVEL]
+    if not level:
+        return []
+    largest = max(np.count_nonzero(face.pixels) for face in level)
+    level = [face for face in level if np.count_nonzero(face.pixels) >= _LEAST_SHARE * largest]
+    heights = [float(np.median(surfaces.points[face.pixels] @ up)) for face in level]
+    order = np.argsort(heights)
+    found: list[Plane] = []
+    for k in order:
+        face = level[k]
+        carries = above(face, surfaces, least_height)
+        if carries.sum() < _LEAST_ABOVE * np.count_nonzero(surfaces.seen):
+            continue
+        below = [heights[j] for j in order if heights[j] < heights[k] - _LEVEL_HEIGHT]
+        if found and (heights[k] - heights[order[0]] < _LEVEL_HEIGHT or _has_walls(face, surfaces)):
+            continue
+        if not found and below and _has_walls(face, surfaces):
+            continue
+        if not _is_wider(face, carries, surfaces):
+            continue
+        found.append(face)
+    return sorted(found, key=lambda face: -np.count_nonzero(face.pixels))
+
+
+def above(face: Plane, surfaces: Surfaces, least_height: float) -> Mask:
+    """Return the pixels (H, W) that are above a plane, over the hull of its points."""
+    height = surfaces.points @ face.normal - face.offset
+    high = surfaces.seen & (height > np.maximum(least_height, surfaces.tolerance(face.normal)))
+    return high & over(face, surfaces)
+
+
+def over(face: Plane, surfaces: Surfaces, margin: float = 0.0) -> Mask:
+    """Return the pixels (H, W) whose points are over the hull of a plane's points.
+
+    The hull is widened by `margin` [m].
+    """
+    hull, frame = footprint_hull(face, surfaces)
+    flat = np.nan_to_num(surfaces.points @ frame.T)
+    inside = np.ones(flat.shape[:2], dtype=bool)
+    for start, end in zip(hull, np.roll(hull, -1, axis=0), strict=True):
+        edge = end - start
+        length = np.linalg.norm(edge)
+        if length > 0.0:
+            side = edge[0] * (flat[..., 1] - start[1]) - edge[1] * (flat[..., 0] - start[0])
+            inside &= side >= -margin * length
+    return inside & surfaces.seen
+
+
+def footprint_hull(face: Plane, surfaces: Surfaces) -> tuple[Array, Array]:
+    """Return the convex hull (K, 2) [m] of a plane's points, and the two axes (2, 3) in the plane."""
+    import cv2
+
+    x = np.cross(face.normal, [1.0, 0.0, 0.0] if abs(face.normal[0]) < 0.9 else [0.0, 1.0, 0.0])
+    x /= np.linalg.norm(x)
+    frame = np.stack([x, np.cross(face.normal, x)])
+    flat = (surfaces.points[face.pixels] @ frame.T).astype(np.float32)
+    hull = cv2.convexHull(flat)
+    coarse = cv2.approxPolyDP(hull, 0.003 * float(np.ptp(flat, axis=0).max()), closed=True)
+    return coarse[:, 0].astype(np.float64), frame
+
+
+def _has_walls(face: Plane, surfaces: Surfaces) -> bool:
+    """Return whether walls hang down from a level plane's rim, as on a box, not a table."""
+    height = surfaces.points @ face.normal - face.offset
+    tolerance = surfaces.tolerance(face.normal)
+    wall = surfaces.seen & (height < -tolerance) & (surfaces.planes.normal @ face.normal < 0.5)
+    beyond = surfaces.seen & ~face.pixels & ~wall & (height < -tolerance)
+    labels = np.where(face.pixels, 1, np.where(wall, 2, np.where(beyond, 3, 0)))
+    rims = find_rims(labels, nearest_labelled(labels), 8.0)
+    other = np.maximum(labels.ravel()[rims.first], labels.ravel()[rims.second])
+    own = np.minimum(labels.ravel()[rims.first], labels.ravel()[rims.second])
+    # Only walls that begin at the rim, not what is seen beside it.
+    depth = height.ravel()
+    lower = np.minimum(depth[rims.first], depth[rims.second])
+    walls = np.count_nonzero((own == 1) & (other == 2) & (lower > -0.05))
+    free = np.count_nonzero((own == 1) & ((other == 3) | ((other == 2) & (lower <= -0.05))))
+    return walls > _WALLED * max(1, walls + free)
+
+
+def _is_wider(face: Plane, carries: Mask, surfaces: Surfaces) -> bool:
+    """Return whether a plane goes on around at least one of the things on it.
+
+    The floor of a tray, the lower step of a box and the seat of a chair do not: what is above them
+    stands at their rim.
+    """
+    from drake_aerial.scene.regions import connected_regions
+
+    hull, frame = footprint_hull(face, surfaces)
+    extent = float(np.sqrt(np.prod(np.ptp(hull, axis=0))))
+    margin = 0.02 * extent
+    inner = over(face, surfaces, -margin)
+    things = connected_regions(carries, 30)
+    count = np.bincount(things.ravel())
+    within = np.bincount(things.ravel(), weights=inner.ravel())
+    return bool((within[1:] > 0.98 * count[1:]).any())
