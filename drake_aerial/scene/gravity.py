@@ -85,10 +85,14 @@ def direction_uncertainty_deg(face: Plane, surfaces: Surfaces) -> float:
     pixels = face.pixels
     rows, columns = np.nonzero(pixels)
     points = surfaces.points[pixels]
-    noise = float(np.median(surfaces.depth_noise[pixels] * np.abs(surfaces.slant(face.normal)[pixels])))
+    noise = float(
+        np.median(surfaces.depth_noise[pixels] * np.abs(surfaces.slant(face.normal)[pixels]))
+    )
     spread = np.sqrt(np.linalg.eigvalsh(np.cov(points.T))[1:])
     independent = max(1.0, len(points) / 25.0)
-    statistical = noise / np.sqrt(independent) * np.sqrt(np.sum(1.0 / np.maximum(spread, 1e-6) ** 2))
+    statistical = (
+        noise / np.sqrt(independent) * np.sqrt(np.sum(1.0 / np.maximum(spread, 1e-6) ** 2))
+    )
     quarters = []
     for above in (True, False):
         for left in (True, False):

@@ -86,7 +86,9 @@ def fit_local_planes(points_C: Array, *, perspective: bool, radius: int) -> Loca
     """
     x, y, z = np.moveaxis(points_C, -1, 0)
     rays, value = (
-        (np.stack([x, y], axis=-1) / z[..., None], 1.0 / z) if perspective else (points_C[..., :2], z)
+        (np.stack([x, y], axis=-1) / z[..., None], 1.0 / z)
+        if perspective
+        else (points_C[..., :2], z)
     )
     coefficients, variance = _fits(rays, value, radius)
     best = np.where(np.isfinite(variance), _CENTRE_FAVOUR * variance, np.inf)
@@ -123,7 +125,8 @@ def _fits(rays: Array, value: Array, radius: int) -> tuple[Array, Array]:
     def window_sum(image: Array) -> Array:
         size = (width, width)
         border = cv2.BORDER_CONSTANT
-        return cv2.boxFilter(image, cv2.CV_64F, size, normalize=False, borderType=border)
+        total = cv2.boxFilter(image, cv2.CV_64F, size, normalize=False, borderType=border)
+        return np.asarray(total, dtype=np.float64)
 
     weight = seen.astype(np.float64)
     x, y = (np.where(seen, rays[..., k], 0.0) for k in range(2))

@@ -25,8 +25,8 @@ _UP, _WALL = 0.75, 0.5
 _HOLLOW = 0.35
 # Rims of a hollow thing are level within this share of its height, and at least this length [m].
 _LEVEL_SHARE, _LEVEL = 0.15, 0.01
-# The far wall's width, as a share of the near wall's.
-_WIDTH = 0.6
+# The common width of a near and a far wall, as a share of their whole width.
+_WIDTH = 0.5
 # The viewer must look into a hollow thing from this far [deg] above.
 _INTO = 10.0
 # A floor's share inside the footprint of its walls.
@@ -65,7 +65,12 @@ class Groups:
     def part(self, group: int) -> Part:
         """Return a group's geometry as one part."""
         parts = [self.parts[number] for number in self.members()[self.of(group)]]
-        return Part(*(np.concatenate([getattr(part, name) for part in parts]) for name in Part.__annotations__))
+        return Part(
+            *(
+                np.concatenate([getattr(part, name) for part in parts])
+                for name in Part.__annotations__
+            )
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +129,12 @@ def find_contacts(
         if len(run):
             pair = int(flat[own[run[0]]]), int(flat[other[run[0]]])
             found[pair] = Contact(
-                own[run], other[run], rims.gap[run], jump[run], (bent & (lean < 0.0))[run], nearer[run]
+                own[run],
+                other[run],
+                rims.gap[run],
+                jump[run],
+                (bent & (lean < 0.0))[run],
+                nearer[run],
             )
     return found
 
@@ -203,7 +213,7 @@ def join_floors(
 
 def _level_rims(first: Part, second: Part) -> bool:
     tops = [np.percentile(part.height, 97) for part in (first, second)]
-    return abs(tops[0] - tops[1]) < max(_LEVEL, _LEVEL_SHARE * max(tops))
+    return bool(abs(tops[0] - tops[1]) < max(_LEVEL, _LEVEL_SHARE * max(tops)))
 
 
 def _wall_share(part: Part) -> float:
@@ -226,16 +236,14 @@ def _open(walls: tuple[Part, Part], p_U_viewer: Array | None) -> bool:
 
 
 def _same_width(near: Part, far: Part, p_U_viewer: Array | None) -> bool:
-    """Return whether a far wall lies behind a near one and is nearly as wide."""
+    """Return whether a far wall lies behind a near one over most of their width."""
     if p_U_viewer is None:
         return False
     middle = near.points[:, :2].mean(axis=0) - p_U_viewer[:2]
     across = np.array([-middle[1], middle[0]]) / max(np.linalg.norm(middle), 1e-9)
-    ends = [np.percentile(part.points[:, :2] @ across, [1, 99]) for part in (near, far)]
-    widths = [np.ptp(end) for end in ends]
-    margin = max(_LEVEL, _LEVEL_SHARE * max(widths))
-    within = ends[1][0] > ends[0][0] - margin and ends[1][1] < ends[0][1] + margin
-    return bool(within and widths[1] > _WIDTH * widths[0])
+    ends = np.array([np.percentile(part.points[:, :2] @ across, [1, 99]) for part in (near, far)])
+    common = ends[:, 1].min() - ends[:, 0].max()
+    return bool(common > _WIDTH * np.ptp(ends))
 
 
 def _hull_area(flat: Array) -> float:
@@ -251,4 +259,6 @@ def inside_share(points: Array, around: Array) -> float:
 
     hull = cv2.convexHull(around[:, :2].astype(np.float32))
     chosen = points[:: max(1, len(points) // 200), :2].astype(np.float32)
-    return float(np.mean([cv2.pointPolygonTest(hull, tuple(map(float, p)), False) >= 0 for p in chosen]))
+    return float(
+        np.mean([cv2.pointPolygonTest(hull, tuple(map(float, p)), False) >= 0 for p in chosen])
+    )

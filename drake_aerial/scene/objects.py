@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_aerial.geometry import Array
-from drake_aerial.scene.hidden_parts import join_behind_occluders, join_floating
+from drake_aerial.scene.hidden_parts import join_behind_occluders, join_floating, join_strips
 from drake_aerial.scene.merging import (
     Groups,
     find_contacts,
@@ -43,6 +43,7 @@ def find_labels(
     contacts = find_contacts(labels, surfaces, parameters)
     viewer = None if image.viewpoint is None else np.zeros(3)
     join_smooth(groups, contacts)
+    join_strips(groups, contacts, surfaces)
     hollow = join_hollow(groups, contacts, viewer)
     islands = connected_regions(ground.support, 20)
     pieces = {
@@ -51,8 +52,8 @@ def find_labels(
     }
     for island, head in join_floors(groups, labels, hollow, contacts, pieces):
         labels.ravel()[pieces[island].pixels] = head
+    join_floating(groups, contacts, image, surfaces, R_UC)
     join_behind_occluders(groups, contacts, image, surfaces, R_UC)
-    join_floating(groups, contacts, surfaces, R_UC)
     head_of = np.arange(labels.max() + 1)
     for number in numbers:
         head_of[number] = groups.of(number)

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_aerial.geometry import Array
-from drake_aerial.scene.parameters import SceneParameters
 from drake_aerial.scene.regions import connected_regions
 from drake_aerial.scene.scene import SUPPORT
 from drake_aerial.scene.supports import over
@@ -81,7 +80,10 @@ def find_ground(supports: list[Plane], surfaces: Surfaces) -> Ground:
     """Return the pixels of the supports and the heights above them."""
     shape = surfaces.seen.shape
     on, above, under = (np.zeros(shape, dtype=bool) for _ in range(3))
-    low_to_high = sorted(supports, key=lambda face: float(np.median(surfaces.points[face.pixels] @ supports[0].normal)))
+    low_to_high = sorted(
+        supports,
+        key=lambda face: float(np.median(surfaces.points[face.pixels] @ supports[0].normal)),
+    )
     height = surfaces.points @ low_to_high[0].normal - low_to_high[0].offset
     for face in low_to_high:
         over_face = over(face, surfaces, _OVERHANG)
@@ -118,10 +120,12 @@ def part_of(pixels: Labels, surfaces: Surfaces, ground: Ground, R_UC: Array) -> 
     if known.any():
         chosen, points_C, normals_C = chosen[known], points_C[known], normals_C[known]
     if surfaces.planes.perspective:
-        rays = np.concatenate([points_C[:, :2] / points_C[:, 2:], np.ones((len(chosen), 1))], axis=1)
+        rays = np.concatenate(
+            [points_C[:, :2] / points_C[:, 2:], np.ones((len(chosen), 1))], axis=1
+        )
         slant = np.abs((normals_C * rays).sum(axis=1))
         cell = surfaces.pixel_area * points_C[:, 2] ** 2
     else:
-        slant, cell = np.abs(normals_C[:, 2]), surfaces.pixel_area
+        slant, cell = np.abs(normals_C[:, 2]), np.full(len(chosen), surfaces.pixel_area)
     area = cell / np.maximum(slant, 0.05) * len(pixels) / len(chosen)
     return Part(pixels, points_C @ R_UC.T, normals_C @ R_UC.T, ground.height.ravel()[chosen], area)

@@ -9,13 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from drake_aerial.cloud.boundary import Boundary
+from drake_aerial.cloud.boundary import Boundary, BoundaryKind
 from drake_aerial.cloud.point_cloud import PointCloud
+from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
 from drake_aerial.scene.scene_image import SceneImage
 
 NOTHING, SUPPORT, FIRST_OBJECT = 0, 1, 2
 """Labels: neither support nor object (background, walls, stray points); supports; objects."""
+# A point names the object at most this far away [m].
+_NEAR = 0.05
 
 
 class GravitySource(StrEnum):
@@ -128,6 +131,36 @@ class SceneObject:
     touches_border: bool
     support: int | None
 
+    def to_record(self) -> dict[str, Any]:
+        """Return box, distance and seen shares for result files; lengths in m."""
+        return {
+            "number": self.number,
+            "points": len(self.indices),
+            "box": {
+                "center": self.box.center.tolist(),
+                "axes": self.box.axes.tolist(),
+                "size": self.box.size.tolist(),
+            },
+            "distance": self.distance,
+            "outline": {kind.name.lower(): self.boundary.share(kind) for kind in BoundaryKind},
+            "touches_border": self.touches_border,
+            "support": self.support,
+        }
+
+    def summary(self) -> str:
+        """Return one line: size, distance, points and how much of the outline is seen."""
+        length, width, height = 100.0 * self.box.size
+        line = (
+            f"object {self.number}: {length:.1f} x {width:.1f} x {height:.1f} cm, "
+            f"{self.distance:.2f} m away, {len(self.indices)} points"
+        )
+        if len(self.boundary):
+            shares = [
+                f"{100.0 * self.boundary.share(k):.0f} % {k.name.lower()}" for k in BoundaryKind
+            ]
+            line += f"; outline {', '.join(shares)}"
+        return line + ("; cut by the image's border" if self.touches_border else "")
+
 
 @dataclass(frozen=True, eq=False)
 class Scene:
@@ -175,7 +208,11 @@ class Scene:
         InputError
             If there is no object of this number; the message lists the objects.
         """
-        raise NotImplementedError
+        for found in self.objects:
+            if found.number == number:
+                return found
+        numbers = ", ".join(str(found.number) for found in self.objects)
+        raise InputError(f"there is no object {number}; the scene has the objects {numbers}")
 
     def object_at_pixel(self, u: float, v: float) -> SceneObject:
         """Return the object at column `u` and row `v` of the image.
@@ -185,7 +222,16 @@ class Scene:
         InputError
             If the pixel is outside the image, or shows the support or nothing.
         """
-        raise NotImplementedError
+        height, width = self.image.shape
+        row, column = round(v), round(u)
+        if not (0 <= row < height and 0 <= column < width):
+            raise InputError(f"pixel {u:g} {v:g} is outside the image of {width} x {height} pixels")
+        index = int(self.image.index[row, column])
+        label = NOTHING if index < 0 else int(self.labels[index])
+        if label < FIRST_OBJECT:
+            shown = "the support" if label == SUPPORT else "no object"
+            raise InputError(f"pixel {u:g} {v:g} shows {shown}; give a pixel on the object")
+        return self.object_of(label)
 
     def object_at(self, point: ArrayLike) -> SceneObject:
         """Return the object nearest to a point (3,) [m] of S.
@@ -195,7 +241,18 @@ class Scene:
         InputError
             If no object is within 5 cm of the point.
         """
-        raise NotImplementedError
+        place = np.asarray(point, dtype=np.float64)
+        if place.shape != (3,) or not np.isfinite(place).all():
+            raise InputError(f"the point must be three finite numbers, got {point!r}")
+        on_objects = np.flatnonzero(self.labels >= FIRST_OBJECT)
+        distance = np.linalg.norm(self.cloud.points[on_objects] - place, axis=1)
+        nearest = int(np.argmin(distance))
+        if distance[nearest] > _NEAR:
+            raise InputError(
+                f"no object is at {place.round(3).tolist()}: the nearest is "
+                f"{distance[nearest]:.3f} m away; give a point on the object, in the scan's axes"
+            )
+        return self.object_of(int(self.labels[on_objects[nearest]]))
 
     def cloud_of(self, number: int) -> PointCloud:
         """Return the points of an object as a cloud in S, with gravity, viewpoint and boundary.
@@ -208,6 +265,8 @@ class Scene:
             If there is no object of this number.
         """
         found = self.object_of(number)
+        if self.is_one_object:
+            return self.cloud
         return replace(
             self.cloud,
             points=self.cloud.points[found.indices],
@@ -218,8 +277,52 @@ class Scene:
 
     def to_record(self) -> dict[str, Any]:
         """Return gravity, supports and objects for result files; lengths in m, angles in deg."""
-        raise NotImplementedError
+        gravity = self.gravity
+        record: dict[str, Any] = {
+            "gravity": {
+                "up": gravity.up.tolist(),
+                "source": str(gravity.source),
+                "uncertainty_deg": gravity.uncertainty_deg,
+            },
+            "supports": [
+                {
+                    "normal": support.normal.tolist(),
+                    "offset": support.offset,
+                    "uncertainty_deg": support.uncertainty_deg,
+                    "points": len(support.indices),
+                }
+                for support in self.supports
+            ],
+            "objects": [found.to_record() for found in self.objects],
+        }
+        if gravity.disagreement_deg is not None:
+            record["gravity"]["disagreement_deg"] = gravity.disagreement_deg
+        if gravity.warning is not None:
+            record["gravity"]["warning"] = gravity.warning
+        return record
 
     def summary(self) -> str:
         """Return the scene in lines: gravity, then one line for each support and object."""
-        raise NotImplementedError
+        gravity = self.gravity
+        lines = [
+            f"gravity: up {_numbers(gravity.up)}, {_SOURCES[gravity.source]}, "
+            f"uncertainty {gravity.uncertainty_deg:.1f} deg"
+        ]
+        if gravity.warning is not None:
+            lines.append(f"warning: {gravity.warning}")
+        lines += [
+            f"support: {len(support.indices)} points, normal {_numbers(support.normal)}"
+            for support in self.supports
+        ]
+        return "\n".join([*lines, *(found.summary() for found in self.objects)])
+
+
+_SOURCES = {
+    GravitySource.GIVEN: "as given",
+    GravitySource.IMU: "from the IMU",
+    GravitySource.SUPPORT: "from the support's normal",
+}
+
+
+def _numbers(vector: Array) -> str:
+    return " ".join(f"{value:.3f}" for value in vector)

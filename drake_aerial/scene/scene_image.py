@@ -45,10 +45,14 @@ class SceneImage:
         point have their neighbours' mean.
     R_SC : (3, 3) array
         Rotation of the image frame.
+    origin : (3,) array
+        Origin of the image frame in S [m].
     viewpoint : (3,) array or None
         Position of the camera in S [m]; None for a parallel view from above.
     camera : DepthCamera or None
-        Intrinsics, if the pixels are the camera's own.
+        Intrinsics, if they are known and the pixels are the camera's.
+    has_own_pixels : bool
+        True if the pixels are the camera's, False if a grid is laid over the cloud.
     """
 
     cloud: PointCloud
@@ -56,8 +60,10 @@ class SceneImage:
     pixel: NDArray[np.int64]
     points_C: Array
     R_SC: Array
+    origin: Array
     viewpoint: Array | None
     camera: DepthCamera | None
+    has_own_pixels: bool
 
     @classmethod
     def of_cloud(cls, cloud: PointCloud, X_SC: Any = None) -> SceneImage:
@@ -88,11 +94,11 @@ class SceneImage:
             found = _camera_pixels(rays, camera) if camera else None
             if found is not None and camera is not None:
                 shape = (camera.height, camera.width)
-                return cls._of_pixels(cloud, found, shape, points_C, R_SC, viewpoint, camera)
-            found = _lattice_pixels(rays)
-            if found is not None:
-                pixel, shape = found
-                return cls._of_pixels(cloud, pixel, shape, points_C, R_SC, viewpoint, None)
+                return cls._of_pixels(cloud, found, shape, R_SC, viewpoint, camera=camera)
+            lattice = _lattice_pixels(rays)
+            if lattice is not None:
+                pixel, shape = lattice
+                return cls._of_pixels(cloud, pixel, shape, R_SC, viewpoint)
         return cls._on_grid(cloud)
 
     @classmethod
@@ -126,7 +132,9 @@ class SceneImage:
         pixel = np.floor((flat - flat[front].min(axis=0)) / cell).astype(np.int64)[:, ::-1]
         pixel[~front] = -1
         height, width = (pixel[front].max(axis=0) + 1).tolist()
-        return cls._of_pixels(cloud, pixel, (height, width), points_C, R_SC, viewpoint, None)
+        return cls._of_pixels(
+            cloud, pixel, (height, width), R_SC, origin, parallel=viewpoint is None, own=False
+        )
 
     @classmethod
     def _of_pixels(
@@ -134,11 +142,14 @@ class SceneImage:
         cloud: PointCloud,
         pixel: NDArray[np.int64],
         shape: tuple[int, int],
-        points_C: Array,
         R_SC: Array,
-        viewpoint: Array | None,
-        camera: DepthCamera | None,
+        origin: Array,
+        *,
+        camera: DepthCamera | None = None,
+        parallel: bool = False,
+        own: bool = True,
     ) -> SceneImage:
+        points_C = (cloud.points - origin) @ R_SC
         index = np.full(shape, -1, dtype=np.int64)
         inside = np.flatnonzero(pixel[:, 0] >= 0)
         index[pixel[inside, 0], pixel[inside, 1]] = inside
@@ -149,7 +160,8 @@ class SceneImage:
         on_image = points_C[index]
         on_image[index < 0] = np.nan
         _fill_single_pixels(on_image)
-        return cls(cloud, index, pixel, on_image, R_SC, viewpoint, camera)
+        viewpoint = None if parallel else origin
+        return cls(cloud, index, pixel, on_image, R_SC, origin, viewpoint, camera, own)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -238,8 +250,12 @@ def _fill_single_pixels(points_C: Array) -> None:
     if not empty.any():
         return
     known = np.where(empty[..., None], 0.0, points_C)
-    window = {"normalize": False, "borderType": cv2.BORDER_CONSTANT}
-    count = cv2.boxFilter((~empty).astype(np.float64), cv2.CV_64F, (3, 3), **window)
+
+    def window_sum(image: Array) -> Array:
+        border = cv2.BORDER_CONSTANT
+        total = cv2.boxFilter(image, cv2.CV_64F, (3, 3), normalize=False, borderType=border)
+        return np.asarray(total, dtype=np.float64)
+
+    count = window_sum((~empty).astype(np.float64))
     filled = empty & (count >= _FILLED_NEIGHBOURS)
-    mean = cv2.boxFilter(known, cv2.CV_64F, (3, 3), **window)
-    points_C[filled] = mean[filled] / count[filled][:, None]
+    points_C[filled] = window_sum(known)[filled] / count[filled][:, None]

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from drake_aerial.geometry import Array
 from drake_aerial.scene.gravity import angle_deg
-from drake_aerial.scene.regions import find_rims, nearest_labelled
+from drake_aerial.scene.regions import connected_regions, find_rims, nearest_labelled
 from drake_aerial.scene.surfaces import Plane, Surfaces
 
 Mask = NDArray[np.bool_]
@@ -23,7 +23,9 @@ _LEVEL_HEIGHT, _WALLED = 0.15, 0.3
 _LEAST_ABOVE = 0.001
 
 
-def find_supports(faces: list[Plane], up: Array, surfaces: Surfaces, least_height: float) -> list[Plane]:
+def find_supports(
+    faces: list[Plane], up: Array, surfaces: Surfaces, least_height: float
+) -> list[Plane]:
     """Return the planes that things stand on, the one with the most points first.
 
     The lowest level plane with things above it is one. A level plane above it is one if things
@@ -43,7 +45,7 @@ def find_supports(faces: list[Plane], up: Array, surfaces: Surfaces, least_heigh
     level = [face for face in faces if angle_deg(face.normal, up) < _LEVEL]
     if not level:
         return []
-    largest = max(np.count_nonzero(face.pixels) for face in level)
+    largest = max(int(face.pixels.sum()) for face in level)
     level = [face for face in level if np.count_nonzero(face.pixels) >= _LEAST_SHARE * largest]
     heights = [float(np.median(surfaces.points[face.pixels] @ up)) for face in level]
     order = np.argsort(heights)
@@ -89,7 +91,7 @@ def over(face: Plane, surfaces: Surfaces, margin: float = 0.0) -> Mask:
 
 
 def footprint_hull(face: Plane, surfaces: Surfaces) -> tuple[Array, Array]:
-    """Return the convex hull (K, 2) [m] of a plane's points, and the two axes (2, 3) in the plane."""
+    """Return the convex hull (K, 2) [m] of a plane's points, and the axes (2, 3) in the plane."""
     import cv2
 
     x = np.cross(face.normal, [1.0, 0.0, 0.0] if abs(face.normal[0]) < 0.9 else [0.0, 1.0, 0.0])
@@ -116,7 +118,7 @@ def _has_walls(face: Plane, surfaces: Surfaces) -> bool:
     lower = np.minimum(depth[rims.first], depth[rims.second])
     walls = np.count_nonzero((own == 1) & (other == 2) & (lower > -0.05))
     free = np.count_nonzero((own == 1) & ((other == 3) | ((other == 2) & (lower <= -0.05))))
-    return walls > _WALLED * max(1, walls + free)
+    return bool(walls > _WALLED * (walls + free))
 
 
 def _is_wider(face: Plane, carries: Mask, surfaces: Surfaces) -> bool:
@@ -125,10 +127,9 @@ def _is_wider(face: Plane, carries: Mask, surfaces: Surfaces) -> bool:
     The floor of a tray, the lower step of a box and the seat of a chair do not: what is above them
     stands at their rim.
     """
-    from drake_aerial.scene.regions import connected_regions
-
-    hull, frame = footprint_hull(face, surfaces)
-    extent = float(np.sqrt(np.prod(np.ptp(hull, axis=0))))
+    hull, _ = footprint_hull(face, surfaces)
+    size = np.asarray(np.ptp(hull, axis=0))
+    extent = float(np.sqrt(size[0] * size[1]))
     margin = 0.02 * extent
     inner = over(face, surfaces, -margin)
     things = connected_regions(carries, 30)

@@ -16,7 +16,7 @@ from drake_aerial.scene.regions import connected_regions
 from drake_aerial.scene.scene_image import SceneImage
 
 Mask = NDArray[np.bool_]
-# Deviations [multiples of the noise] and the systematic part [m] within which points are on a plane.
+# Points are on a plane within this multiple of the noise and this systematic part [m].
 _DEVIATIONS, _BOW = 4.0, 0.003
 # A face's points have normals within this angle [deg] of its normal.
 _FACE_ANGLE = 20.0
@@ -82,7 +82,9 @@ class Surfaces:
     @cached_property
     def pixel_area(self) -> float:
         """Area of a pixel at depth 1 m [m^2], or anywhere in a parallel view."""
-        steps = [np.nanmedian(np.abs(np.diff(self.planes.rays[..., k], axis=1 - k))) for k in range(2)]
+        steps = [
+            np.nanmedian(np.abs(np.diff(self.planes.rays[..., k], axis=1 - k))) for k in range(2)
+        ]
         return float(steps[0] * steps[1])
 
     @cached_property
