@@ -122,4 +122,6 @@ def _table(solutions: ContactSolutions) -> str:
         lines.append(
             f"{solution.rank:2d}  log J {solution.log_likelihood:8.2f}  at {where} m  {state}"
         )
+    for extent in solutions.hidden:
+        lines += extent.sentences(solutions[0].X_SG.p)
     return "\n".join(lines)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+from drake_aerial.cloud.boundary import Boundary
 from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.contacts.feasibility.local_surface import LocalSurface
 from drake_aerial.features.canonical_frame import to_canonical
@@ -31,12 +32,15 @@ class CanonicalScan:
         Convex hull of the features seen from above, in N.
     viewpoint : (3,) array or None
         Position of the sensor in N [m]; None if it is not known.
+    boundary : Boundary or None
+        The object's boundary in the view, in N; None if it is not known.
     """
 
     X_SN: Pose
     features: SurfaceFeatures
     hull: HorizontalHull
     viewpoint: Array | None
+    boundary: Boundary | None = None
 
     @classmethod
     def of_cloud(cls, cloud: PointCloud, parameters: FeatureParameters) -> CanonicalScan:
@@ -51,7 +55,8 @@ class CanonicalScan:
         cloud.require_up()
         cloud_N, X_SN = to_canonical(cloud)
         features = compute_features(cloud_N, parameters)
-        return cls(X_SN, features, HorizontalHull.of_points(features.p), cloud_N.viewpoint)
+        hull = HorizontalHull.of_points(features.p)
+        return cls(X_SN, features, hull, cloud_N.viewpoint, cloud_N.boundary)
 
     @property
     def features_S(self) -> SurfaceFeatures:

@@ -61,10 +61,11 @@ def prepare_query(
     votes_kind, sampling = METHODS[method]
     votes_rng, *gripper_rngs = random_streams(seed)[0].spawn(len(skill) + 1)
     cuts = _cuts(scan, sampling, parameters)
+    hull = cuts.completed(scan.hull)
     votes = None
     if votes_kind == "hull":
         scale = "support" if parameters.scale == "auto" else parameters.scale
-        votes = HullVotes(skill, scan.features, scan.hull, cuts, scale, parameters, votes_rng)
+        votes = HullVotes(skill, scan.features, hull, cuts, scale, parameters, votes_rng)
     queries = tuple(
         _query_density(skill, n, scan, method, parameters, rng)
         for n, rng in enumerate(gripper_rngs)
@@ -83,6 +84,8 @@ def _cuts(scan: CanonicalScan, sampling: str, parameters: TransferParameters) ->
     """
     if parameters.scale != "auto" or sampling != "normalised":
         return ScanCuts.none()
+    if scan.boundary is not None:
+        return ScanCuts.known(scan.features, scan.hull, scan.boundary)
     return ScanCuts.find(scan.features, scan.hull, scan.viewpoint)
 
 
@@ -141,10 +144,11 @@ def _scale_prior(
     if len(skill) == 1 or parameters.scale == "rigid" or sampling != "normalised":
         return ScalePrior(0.0, 0.02)
     p_FG = skill.configuration.X_FG.p
+    hull = cuts.completed(scan.hull)
     if votes is None:
-        return ScalePrior.of_best_yaw(scan.hull, skill.hull, p_FG, cuts)
+        return ScalePrior.of_best_yaw(hull, skill.hull, p_FG, cuts)
     yaw = float(votes.density.mode[2])
-    return ScalePrior.of_hulls(scan.hull, skill.hull, yaw, p_FG, cuts)
+    return ScalePrior.of_hulls(hull, skill.hull, yaw, p_FG, cuts)
 
 
 def _with_heights_of(

@@ -12,6 +12,7 @@ import numpy as np
 from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.contacts.contact_query import ContactQuery
 from drake_aerial.contacts.feasibility.reasons import Reason
+from drake_aerial.contacts.hidden_extent import HiddenExtent
 from drake_aerial.contacts.parameters import TransferParameters
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, Pose
@@ -119,6 +120,9 @@ class ContactSolutions:
         which has none, and for solutions read from a file, which does not hold them.
     scan : PointCloud or None
         Cloud that the contacts were found on; not written to the file.
+    hidden : tuple of HiddenExtent
+        Dimensions of the object whose ends are not both seen, with the contacts' intervals; empty
+        if they are, and for a cloud whose boundary is not known.
 
     Examples
     --------
@@ -139,6 +143,7 @@ class ContactSolutions:
     parameters: TransferParameters | None = None
     query: ContactQuery | None = field(default=None, repr=False)
     scan: PointCloud | None = field(default=None, repr=False)
+    hidden: tuple[HiddenExtent, ...] = ()
 
     def __len__(self) -> int:
         return len(self.solutions)
@@ -173,6 +178,8 @@ class ContactSolutions:
             "timing": self.timing,
             "solutions": [solution.to_dict() for solution in self.solutions],
         }
+        if self.hidden:
+            document["hidden"] = [extent.to_dict() for extent in self.hidden]
         if self.parameters is not None:
             document["parameters"] = record_to_mapping(self.parameters)
         return document
@@ -220,6 +227,7 @@ class ContactSolutions:
                 parameters=None
                 if given is None
                 else record_from_mapping(TransferParameters, given, f"{path}: parameters"),
+                hidden=tuple(HiddenExtent.from_dict(entry) for entry in values.get("hidden", ())),
             )
         except InputError:
             raise

@@ -12,6 +12,7 @@ from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.contacts.canonical_scan import CanonicalScan
 from drake_aerial.contacts.contact_query import ContactQuery
 from drake_aerial.contacts.feasibility.checks import reasons_against
+from drake_aerial.contacts.hidden_extent import hidden_extents
 from drake_aerial.contacts.parameters import TransferParameters
 from drake_aerial.contacts.prepare_query import prepare_query, random_streams
 from drake_aerial.contacts.search.annealing import anneal, draw_initial_configurations
@@ -115,8 +116,18 @@ def transfer(
     report(1.0, "done")
     timing = {name: round(b - a, 4) for name, a, b in zip(_PHASES, clock, clock[1:])}
     cloud = cloud.assuming(*scan.features.assumptions)
+    votes = None if query is None else query.likelihood.votes
     return ContactSolutions(
-        method, seed, skill.label, cloud.to_record(), timing, solutions, parameters, query, cloud
+        method,
+        seed,
+        skill.label,
+        cloud.to_record(),
+        timing,
+        solutions,
+        parameters,
+        query,
+        cloud,
+        hidden_extents(skill, votes, scan.hull, scan.X_SN),
     )
 
 

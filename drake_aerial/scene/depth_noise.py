@@ -103,7 +103,7 @@ class DepthNoise:
 
         The inverse depths are 0 for pixels that do not fly.
         """
-        rows, columns = inverse.shape
+        columns = inverse.shape[1]
         near, far = np.maximum(inverse[:, :-1], inverse[:, 1:]), inverse[:, :-1]
         far = np.minimum(far, inverse[:, 1:])
         jump = (far > 0.0) & (near > (1.0 + self.jump) * far)

@@ -103,6 +103,8 @@ class HullVotes:
         Whether V is a density over yaw too.
     density : GridDensity
         V.
+    cuts : ScanCuts
+        The cuts of the scan, as given.
 
     Raises
     ------
@@ -120,11 +122,10 @@ class HullVotes:
         parameters: TransferParameters,
         rng: np.random.Generator,
     ):
+        self.cuts = cuts
         saliency = gravity_saliency(features)
         if scale == "support":
-            saliency = np.where(
-                features.rim & cuts.towards(horizontal_direction(features)[0]), 0.0, saliency
-            )
+            saliency = np.where(cuts.voting(features), saliency, 0.0)
         drawn = systematic_resample(saliency, parameters.voters, rng)
         new = GravityFeatures.of(features.take(drawn), hull)
         old = GravityFeatures.of(skill.task.salient, skill.hull)

@@ -3,6 +3,7 @@
 Seen from above, an object ends where some surface looks outward: a side face or a rounding. A part
 is missing where the visible surface merely stops, in a scan that shows sides elsewhere and on a
 side that the sensor could see. The hull's support is then a lower bound of the object's size.
+Where the view's boundary is known, as for an object of a scene, nothing has to be guessed.
 """
 
 from __future__ import annotations
@@ -12,7 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_aerial.features.horizontal_direction import outward_direction
+from drake_aerial.cloud.boundary import Boundary
+from drake_aerial.contacts.votes.known_outline import KnownOutline
+from drake_aerial.features.horizontal_direction import horizontal_direction, outward_direction
 from drake_aerial.features.horizontal_hull import HorizontalHull
 from drake_aerial.features.surface_features import SurfaceFeatures
 from drake_aerial.geometry import Array
@@ -38,9 +41,12 @@ class ScanCuts:
     ----------
     flags : (72,) bool array
         Whether the scan is cut in each of 72 equally spaced directions, the first along x.
+    outline : KnownOutline or None
+        The outline, if the boundary of the view is known; it then has the same flags.
     """
 
     flags: np.ndarray
+    outline: KnownOutline | None = None
 
     @classmethod
     def none(cls) -> ScanCuts:
@@ -79,6 +85,31 @@ class ScanCuts:
         # Beams that run into a cut show their sides there as well, hence the comparison.
         cut = (rims_share >= _MIN_RIMS) & (rims_share > faces_share)
         return cls(cut & visible & sides_shown)
+
+    @classmethod
+    def known(cls, features: SurfaceFeatures, hull: HorizontalHull, boundary: Boundary) -> ScanCuts:
+        """Return the cuts of an object whose boundary in the view is known.
+
+        Parameters
+        ----------
+        features : SurfaceFeatures
+            Features of the object, in a frame whose z is up.
+        hull : HorizontalHull
+            Their hull.
+        boundary : Boundary
+            The object's boundary, in that frame.
+        """
+        outline = KnownOutline.find(features, hull, boundary, _DIRECTIONS)
+        return cls(outline.open, outline)
+
+    def completed(self, hull: HorizontalHull) -> HorizontalHull:
+        """Return the hull with hidden corners completed, if the boundary of the view is known."""
+        return hull if self.outline is None else self.outline.hull
+
+    def voting(self, features: SurfaceFeatures) -> np.ndarray:
+        """Return which features may vote, (N,): not the rims that the view made."""
+        made = features.rim & self.towards(horizontal_direction(features)[0])
+        return ~made if self.outline is None else ~(made | self.outline.hidden)
 
     def __bool__(self) -> bool:
         return bool(self.flags.any())
