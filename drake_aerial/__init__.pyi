@@ -3,25 +3,43 @@
 from .cloud.partial_views import partial_view
 from .cloud.point_cloud import PointCloud
 from .configuration import defaults_text, parameters_text, read_parameters
+from .contacts.parameters import TransferParameters
 from .contacts.refinement.program import ContactProgram
 from .contacts.refinement.refine import refine
 from .contacts.solutions import ContactSolutions
 from .contacts.transfer import transfer
-from .control.controller_parameters import GeometricParameters, MpcParameters
+from .control.attitude import AttitudeController
+from .control.controller import PayloadController
+from .control.controller_parameters import (
+    GeometricGains,
+    GeometricParameters,
+    MpcParameters,
+    MpcWeights,
+)
 from .control.geometric import GeometricController
 from .control.mpc.payload_mpc import PayloadMpc
 from .demo import run_demo
 from .errors import DrakeAerialError, InputError, JobError
 from .estimation.disturbance_observer import DisturbanceObserver
-from .features.surface_features import SurfaceFeatures, compute_features
+from .estimation.state_sensor import StateSensor
+from .features.surface_features import FeatureParameters, SurfaceFeatures, compute_features
 from .named_inputs import read_scan, read_skill
-from .plant.cable import add_cable
+from .plant.cable import CableParameters, add_cable
+from .plant.cable_forces import connect_cables
 from .plant.dryden import Dryden
-from .plant.gripper import add_gripper
+from .plant.gripper import GripperParameters, add_gripper
 from .plant.payload import Payload
 from .plant.payload_body import add_payload
-from .plant.quadrotor import add_quadrotor
+from .plant.quadrotor import QuadrotorParameters, add_quadrotor, connect_propellers
 from .plant.wind import WindParameters
+from .plant.world import add_ground, add_plant
+from .references.trajectory import (
+    HoverTrajectory,
+    LineTrajectory,
+    Trajectory,
+    TransportTrajectory,
+    WaypointTrajectory,
+)
 from .scene.depth_camera import DepthCamera
 from .scene.depth_image import read_depth_image
 from .simulation.diagram_picture import write_diagram_picture
@@ -35,6 +53,7 @@ from .simulation.trial_result import TrialResult
 from .skill.contact_skill import ContactSkill
 from .skill.demonstration import Demonstration
 from .skill.learn import learn
+from .skill.parameters import LearningParameters
 from .study.campaign import StudySummary, run_study
 from .study.conditions import Condition
 from .study.plan import StudyPlan
@@ -43,6 +62,8 @@ from .study.report.study_report import write_report
 __version__: str
 
 __all__ = [
+    "AttitudeController",
+    "CableParameters",
     "Condition",
     "ContactProgram",
     "ContactSkill",
@@ -52,28 +73,46 @@ __all__ = [
     "DisturbanceObserver",
     "DrakeAerialError",
     "Dryden",
+    "FeatureParameters",
     "Flight",
     "FlightOptions",
     "GeometricController",
+    "GeometricGains",
     "GeometricParameters",
+    "GripperParameters",
+    "HoverTrajectory",
     "InputError",
     "JobError",
+    "LearningParameters",
+    "LineTrajectory",
     "MpcParameters",
+    "MpcWeights",
     "Payload",
+    "PayloadController",
     "PayloadMpc",
     "PointCloud",
+    "QuadrotorParameters",
+    "StateSensor",
     "StationParameters",
     "StudyPlan",
     "StudySummary",
     "SurfaceFeatures",
     "SuspendedPayload",
+    "Trajectory",
+    "TransferParameters",
+    "TransportTrajectory",
     "TrialResult",
+    "WaypointTrajectory",
     "WindParameters",
     "add_cable",
     "add_gripper",
+    "add_ground",
     "add_payload",
+    "add_plant",
     "add_quadrotor",
     "compute_features",
+    "connect_cables",
+    "connect_propellers",
     "defaults_text",
     "fly",
     "learn",

@@ -27,22 +27,15 @@ class Lifter(LeafSystem):
         output.SetFromVector(thrust.ravel())
 
 
-def main():
-    """Return the bar's state after ten seconds: w x y z, position, angular and linear velocity."""
-    builder = DiagramBuilder()
-    station = builder.AddSystem(
-        make_transport_station(Payload.from_box([1.0, 0.06, 0.06], 0.3), CONTACTS)
-    )
-    lifter = builder.AddSystem(Lifter())
-    builder.Connect(station.GetOutputPort("perception.quadrotor_states"), lifter.get_input_port())
-    builder.Connect(lifter.get_output_port(), station.GetInputPort("attitude.thrust_vectors"))
-    simulator = Simulator(builder.Build())
-    station.place(simulator.get_mutable_context())
-    simulator.AdvanceTo(10.0)
-    return station.GetOutputPort("payload.state").Eval(
-        station.GetMyContextFromRoot(simulator.get_context())
-    )
-
-
-if __name__ == "__main__":
-    print("the bar is at", main()[4:7].round(3))
+builder = DiagramBuilder()
+bar = Payload.from_box([1.0, 0.06, 0.06], mass=0.3)
+station = builder.AddSystem(make_transport_station(bar, CONTACTS))
+lifter = builder.AddSystem(Lifter())
+builder.Connect(station.GetOutputPort("perception.quadrotor_states"), lifter.get_input_port())
+builder.Connect(lifter.get_output_port(), station.GetInputPort("attitude.thrust_vectors"))
+simulator = Simulator(builder.Build())
+station.place(simulator.get_mutable_context())
+simulator.AdvanceTo(10.0)
+context = station.GetMyContextFromRoot(simulator.get_context())
+state = station.GetOutputPort("payload.state").Eval(context)
+print("the bar is at", state[4:7].round(3))

@@ -14,7 +14,16 @@ Scale = Literal["auto", "support", "area", "rigid"]
 
 @record(frozen=True)
 class TransferParameters:
-    """Parameters of `transfer`."""
+    """Parameters of `transfer`.
+
+    Examples
+    --------
+    >>> from drake_aerial import TransferParameters, read_scan, read_skill, transfer
+    >>> quick = TransferParameters(candidates=500, starts=50, chains=10, steps=50)
+    >>> contacts = transfer(read_skill("flat"), read_scan("box_68x68x28"), parameters=quick)
+    >>> contacts.parameters.candidates
+    500
+    """
 
     scale: Scale = "auto"
     """How demonstrated offsets scale in the votes: support (of the hulls, per direction), area (its

@@ -1,13 +1,14 @@
 """Allocation of thrust and moments to four propeller speeds within their limits."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
+from drake_aerial.plant.quadrotor import QuadrotorParameters
 
 Four = tuple[float, float, float, float]
 
@@ -66,6 +67,17 @@ class Allocation:
         object.__setattr__(self, "_columns", tuple(map(tuple, columns)))
         object.__setattr__(self, "_limits", (float(self.min_rpm) ** 2, float(self.max_rpm) ** 2))
         object.__setattr__(self, "_rows", tuple(np.transpose(columns).ravel().tolist()))
+
+    @classmethod
+    def of_quadrotor(cls, quadrotor: QuadrotorParameters) -> Self:
+        """Return the allocation of a quadrotor's propellers."""
+        return cls(
+            quadrotor.propeller_positions,
+            quadrotor.thrust_coefficient,
+            quadrotor.thrust_coefficient * quadrotor.drag_ratio * quadrotor.propeller_spins,
+            quadrotor.min_rpm,
+            quadrotor.max_rpm,
+        )
 
     matrix = np.zeros((4, 4))
     """Matrix G (4, 4) from squared speeds to thrust [N] and moments about Q's x, y, z [N m]."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from math import sqrt
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,6 +12,7 @@ from pydrake.systems.framework import BasicVector, Context, LeafSystem, ValuePro
 from drake_aerial.control.allocation import Allocation, allocate
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
+from drake_aerial.plant.quadrotor import QuadrotorParameters
 
 ROTATION_GAIN = (0.25, 0.25, 0.08)
 """Moment per attitude error about x, y, z [N m]; row "rot" of the paper's table."""
@@ -120,7 +122,20 @@ class AttitudeController(LeafSystem):
     ------
     InputError
         If there are no propellers, or the inertia has another shape.
+
+    Examples
+    --------
+    >>> from drake_aerial import AttitudeController, QuadrotorParameters
+    >>> attitude = AttitudeController.of_quadrotors([QuadrotorParameters()] * 2)
+    >>> attitude.GetInputPort("thrust_vectors").size()
+    6
     """
+
+    @classmethod
+    def of_quadrotors(cls, quadrotors: Sequence[QuadrotorParameters]) -> Self:
+        """Return the controller of n quadrotors, with the default gains."""
+        propellers = [Allocation.of_quadrotor(quadrotor) for quadrotor in quadrotors]
+        return cls(propellers, np.array([np.diag(quadrotor.inertia) for quadrotor in quadrotors]))
 
     def __init__(
         self,

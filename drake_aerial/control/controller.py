@@ -69,6 +69,15 @@ class PayloadController(LeafSystem):
     ------
     InputError
         If the period is not positive, or the offset is not in [0, period).
+
+    Examples
+    --------
+    >>> from drake_aerial import FlightOptions, PayloadController
+    >>> class Constant(PayloadController):
+    ...     def compute_thrusts(self, t, observation, reference, thrust, memory):
+    ...         return thrust
+    >>> FlightOptions(controller=Constant).controller_name
+    'Constant'
     """
 
     default_parameters: ClassVar[ControllerParameters | None] = None

@@ -18,7 +18,14 @@ Gain = tuple[NonNegative, NonNegative, NonNegative]
 
 @record(frozen=True)
 class MpcWeights:
-    """Weights of the MPC's cost per second of horizon, on squared deviations."""
+    """Weights of the MPC's cost per second of horizon, on squared deviations.
+
+    Examples
+    --------
+    >>> from drake_aerial import MpcParameters, MpcWeights
+    >>> MpcParameters(weights=MpcWeights(swing=0.1)).weights.position
+    100.0
+    """
 
     position: NonNegative = 100.0
     """Position of the tracked point [1/m^2]."""
@@ -91,7 +98,14 @@ class MpcParameters:
 
 @record(frozen=True)
 class GeometricGains:
-    """Gains of the geometric laws along x, y and z: the paper's table."""
+    """Gains of the geometric laws along x, y and z: the paper's table.
+
+    Examples
+    --------
+    >>> from drake_aerial import GeometricGains, GeometricParameters
+    >>> GeometricParameters(gains=GeometricGains(position=(2.0, 2.0, 3.0))).gains.velocity
+    (3.7, 3.2, 2.5)
+    """
 
     position: Gain = (1.45, 1.45, 3.0)
     """Position of the payload [1/s^2]."""

@@ -54,6 +54,13 @@ class StateSensor(LeafSystem):
     ------
     InputError
         If the noise is negative, the period is not positive, or one of them is not finite.
+
+    Examples
+    --------
+    >>> from drake_aerial import StateSensor
+    >>> sensor = StateSensor([[-0.2, 0.0, 0.1], [0.2, 0.0, 0.1]], noise=0.005)
+    >>> sensor.GetOutputPort("cable_directions").size()
+    12
     """
 
     def __init__(

@@ -43,6 +43,13 @@ class FeatureParameters:
     """Parameters of surface features.
 
     A skill stores them, since features compare only at equal parameters.
+
+    Examples
+    --------
+    >>> from drake_aerial import FeatureParameters, compute_features, read_scan
+    >>> coarse = compute_features(read_scan("bunny"), FeatureParameters(rho=0.05))
+    >>> coarse.rho
+    0.05
     """
 
     rho: Positive = 0.03

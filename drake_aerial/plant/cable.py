@@ -36,7 +36,14 @@ _DEFAULT_SLACK = 0.1
 
 @record(frozen=True)
 class CableParameters:
-    """A cable between a quadrotor's centre of mass and a gripper."""
+    """A cable between a quadrotor's centre of mass and a gripper.
+
+    Examples
+    --------
+    >>> from drake_aerial import CableParameters, StationParameters
+    >>> StationParameters(cable=CableParameters(kind="elastic", length=0.8)).cable.length
+    0.8
+    """
 
     kind: CableKind = "inextensible"
     """inextensible (a telescope with a limit at the length) or elastic (a spring and damper that

@@ -150,6 +150,22 @@ def connect_cables(
     InputError
         If the cables are of both kinds or on several payloads, if an argument has the wrong type,
         or if the plant is not finalized.
+
+    Examples
+    --------
+    >>> from pydrake.systems.framework import DiagramBuilder
+    >>> from drake_aerial import Payload, add_cable, add_gripper, add_payload, add_plant
+    >>> from drake_aerial import add_quadrotor, connect_cables
+    >>> builder = DiagramBuilder()
+    >>> plant, _ = add_plant(builder)
+    >>> box = add_payload(plant, Payload.from_box([0.4, 0.4, 0.2], mass=0.25))
+    >>> quadrotor = add_quadrotor(plant)
+    >>> cable = add_cable(plant, quadrotor, add_gripper(plant, box, [0.0, 0.0, 0.1]))
+    >>> plant.Finalize()
+    >>> state = plant.get_state_output_port
+    >>> states = state(box.model_instance), state(quadrotor.model_instance)
+    >>> connect_cables(builder, plant, [cable], *states).tension.size()
+    1
     """
     check_plant(plant, finalized=True)
     check_list("cables", cables, Cable, "as add_cable returns it")

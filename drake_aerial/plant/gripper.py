@@ -26,7 +26,14 @@ _RADIUS, _HEIGHT = 0.02, 0.01
 
 @record(frozen=True)
 class GripperParameters:
-    """A magnetic gripper."""
+    """A magnetic gripper.
+
+    Examples
+    --------
+    >>> from drake_aerial import GripperParameters, StationParameters
+    >>> StationParameters(gripper=GripperParameters(holding_force=15.0)).gripper.holding_force
+    15.0
+    """
 
     holding_force: PositiveOrInfinite = 20.0
     """Pull along the contact's normal above which the gripper lets go [N]; infinite (.inf) for a

@@ -31,6 +31,12 @@ class QuadrotorParameters:
     The defaults are the paper's table. It gives no thrust coefficient: 6.572e-9 N/rpm^2 is
     published for that airframe with bull-nose propellers (7.07 N at the maximal RPM). Arm and drag
     ratio are common values of that size.
+
+    Examples
+    --------
+    >>> from drake_aerial import QuadrotorParameters
+    >>> round(QuadrotorParameters(max_rpm=20000.0).thrust_limits[1], 2)  # in N
+    10.52
     """
 
     mass: Positive = 0.25
@@ -228,6 +234,19 @@ def connect_propellers(
     ------
     InputError
         If an argument has the wrong type, `motor_lag` is negative, or the plant is not finalized.
+
+    Examples
+    --------
+    >>> from pydrake.systems.framework import DiagramBuilder
+    >>> from drake_aerial import add_plant, add_quadrotor, connect_propellers
+    >>> builder = DiagramBuilder()
+    >>> plant, _ = add_plant(builder)
+    >>> quadrotor = add_quadrotor(plant)
+    >>> plant.Finalize()
+    >>> commands, forces = connect_propellers(builder, plant, [quadrotor])
+    >>> builder.Connect(forces, plant.get_applied_spatial_force_input_port())
+    >>> commands.size()
+    4
     """
     check_plant(plant, finalized=True)
     check_list("quadrotors", quadrotors, Quadrotor, "as add_quadrotor returns it")

@@ -33,6 +33,14 @@ def add_plant(
     builder : DiagramBuilder
     time_step : float
         [s]
+
+    Examples
+    --------
+    >>> from pydrake.systems.framework import DiagramBuilder
+    >>> from drake_aerial import add_plant
+    >>> plant, scene_graph = add_plant(DiagramBuilder(), 0.002)
+    >>> plant.time_step()
+    0.002
     """
     config = MultibodyPlantConfig(
         time_step=time_step,
@@ -55,7 +63,24 @@ def contact_properties(friction: float = 0.8) -> ProximityProperties:
 
 
 def add_ground(plant: MultibodyPlant, friction: float = 0.8) -> GeometryId:
-    """Add the ground, whose top is at z = 0, and return the id of its collision geometry."""
+    """Add the ground, whose top is at z = 0, and return the id of its collision geometry.
+
+    Parameters
+    ----------
+    plant : MultibodyPlant
+        Not finalized, with a scene graph.
+    friction : float
+        Coefficient of friction.
+
+    Examples
+    --------
+    >>> from pydrake.systems.framework import DiagramBuilder
+    >>> from drake_aerial import add_ground, add_plant
+    >>> plant, scene_graph = add_plant(DiagramBuilder())
+    >>> geometry = add_ground(plant)
+    >>> scene_graph.model_inspector().GetName(geometry)
+    'ground'
+    """
     world = plant.world_body()
     plant.RegisterVisualGeometry(
         world,

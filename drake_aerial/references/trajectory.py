@@ -65,6 +65,15 @@ class Trajectory:
         Position of L's origin at t = 0 [m].
     yaw : float
         Desired yaw of the payload [rad].
+
+    Examples
+    --------
+    >>> from drake_aerial import LineTrajectory, Trajectory
+    >>> line = LineTrajectory()
+    >>> isinstance(line, Trajectory), line.duration
+    (True, 14.0)
+    >>> [phase.name for phase in line.phases]
+    ['ground', 'lift', 'line', 'hover']
     """
 
     start: Point = (0.0, 0.0, 0.0)
@@ -153,6 +162,12 @@ class HoverTrajectory(Trajectory):
     """Rest on the ground, rise by `lift_height` [m], then hover for `hover_time` [s].
 
     With `ground_time` = `lift_time` = 0 the payload hangs at `start` from the beginning.
+
+    Examples
+    --------
+    >>> from drake_aerial import HoverTrajectory
+    >>> HoverTrajectory(hover_time=3.0).sample(1.0).p.tolist()
+    [0.0, 0.0, 0.0]
     """
 
     ground_time: float = 0.0
@@ -170,7 +185,14 @@ class HoverTrajectory(Trajectory):
 
 @dataclass(frozen=True)
 class LineTrajectory(Trajectory):
-    """Take off, go along `displacement` [m] in `line_time` [s], hover for `hover_time` [s]."""
+    """Take off, go along `displacement` [m] in `line_time` [s], hover for `hover_time` [s].
+
+    Examples
+    --------
+    >>> from drake_aerial import LineTrajectory
+    >>> LineTrajectory(displacement=(1.0, 0.0, 0.0)).sample(20.0).p.tolist()
+    [1.0, 0.0, 1.0]
+    """
 
     displacement: Point = (2.0, 0.0, 0.0)
     line_time: float = 4.0
@@ -198,6 +220,13 @@ class WaypointTrajectory(Trajectory):
 
     Waypoints are relative to the end of the lift. Every leg starts and ends at rest with smooth
     timing.
+
+    Examples
+    --------
+    >>> from drake_aerial import WaypointTrajectory
+    >>> square = WaypointTrajectory(waypoints=((1, 0, 0), (1, 1, 0), (0, 0, 0)), leg_times=2.0)
+    >>> square.sample(9.0).p.tolist()
+    [1.0, 1.0, 1.0]
     """
 
     waypoints: tuple[Point, ...] = ((1.0, 0.0, 0.0), (1.0, 1.0, 0.5), (0.0, 0.0, 0.0))
@@ -260,6 +289,13 @@ class TransportTrajectory(Trajectory):
         Azimuth of the circle's first point about its centre [rad].
     hover_time : float
         Duration of the hover at the circle's last point [s].
+
+    Examples
+    --------
+    >>> from drake_aerial import TransportTrajectory
+    >>> circle = TransportTrajectory.airborne(radius=0.5, turns=1.0, circle_time=6.0)
+    >>> circle.sample(3.0).p.round(6).tolist()
+    [-1.0, 0.0, 0.0]
     """
 
     ground_time: float = 2.0

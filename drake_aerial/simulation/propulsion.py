@@ -118,19 +118,8 @@ def add_propulsion(
         Of which `attitude_period`, `motor_lag` and `motor_lead` are used.
     """
     team = [quadrotor.parameters for quadrotor in quadrotors]
-    propellers = [
-        Allocation(
-            q.propeller_positions,
-            q.thrust_coefficient,
-            q.thrust_coefficient * q.drag_ratio * q.propeller_spins,
-            q.min_rpm,
-            q.max_rpm,
-        )
-        for q in team
-    ]
     hover = _squared_speeds(quadrotors, GRAVITY * np.array([q.mass for q in team]))
-    inertia = np.stack([np.diag(q.inertia) for q in team])
-    attitude = builder.AddNamedSystem("attitude", AttitudeController(propellers, inertia))
+    attitude = builder.AddNamedSystem("attitude", AttitudeController.of_quadrotors(team))
     builder.Connect(quadrotor_states, attitude.GetInputPort("quadrotor_states"))
     lag_time = parameters.motor_lag
     wanted, hold, lead = attitude.GetOutputPort("propeller_commands"), None, None
@@ -143,6 +132,7 @@ def add_propulsion(
         builder.Connect(wanted, hold.get_input_port())
         wanted = hold.get_output_port()
     if lag_time != 0.0 and parameters.motor_lead:
+        propellers = [Allocation.of_quadrotor(q) for q in team]
         lead = builder.AddNamedSystem(
             "motor_lead", MotorLead(propellers, lag_time, parameters.step, initial=np.sqrt(hover))
         )

@@ -10,7 +10,15 @@ from drake_aerial.io.records import Count, Flag, Positive, record
 
 @record(frozen=True)
 class LearningParameters:
-    """Parameters of `learn`; a skill stores them."""
+    """Parameters of `learn`; a skill stores them.
+
+    Examples
+    --------
+    >>> from drake_aerial import Demonstration, LearningParameters, learn
+    >>> skill = learn(Demonstration.read("flat"), parameters=LearningParameters(task_features=20))
+    >>> len(skill.task.salient)
+    20
+    """
 
     RETIRED: ClassVar = ("alpha",)
 

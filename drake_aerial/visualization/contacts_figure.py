@@ -12,7 +12,7 @@ from drake_aerial.visualization.colored_mesh import ColoredMesh
 from drake_aerial.visualization.colors import BLACK, GREY, RED, heat, solution_color
 from drake_aerial.visualization.matplotlib_figure import figure, save_figure
 from drake_aerial.visualization.method_meshes import add_formation, skill_mesh
-from drake_aerial.visualization.rendering import render
+from drake_aerial.visualization.rendering import render, render_over
 
 PANEL = (460, 460)
 """Width and height of a rendered panel [pixels]."""
@@ -55,12 +55,17 @@ def draw_contacts(
         row[0].set_title("demonstration", fontsize=9)
         row[0].set_ylabel(label, fontsize=11)
         colors = heat(heats[label]) if heats and label in heats else GREY
-        for axis, solution in zip(row[1:], result.solutions):
-            mesh = ColoredMesh()
-            mesh.add_points(points, color=colors, radius=radius)
+        scan = ColoredMesh()
+        scan.add_points(points, color=colors, radius=radius)
+        formations = []
+        for solution in result.solutions[: len(row) - 1]:
+            formation = ColoredMesh()
             color = solution_color(solution.rank, solution.feasible)
-            add_formation(mesh, solution.X_SG, solution.X_SQ, color)
-            axis.imshow(render(mesh, size=PANEL, zoom=1.1))
+            add_formation(formation, solution.X_SG, solution.X_SQ, color)
+            formations.append(formation)
+        images = render_over(scan, formations, size=PANEL, zoom=1.1)
+        for axis, solution, image in zip(row[1:], result.solutions, images):
+            axis.imshow(image)
             reason = "" if solution.feasible else f": {solution.reasons[0]}"
             axis.set_title(
                 f"{solution.rank}{reason}", fontsize=9, color=BLACK if solution.feasible else RED

@@ -16,7 +16,7 @@ from drake_aerial.visualization.colors import BLACK, BLUE, GREY
 from drake_aerial.visualization.contacts_figure import POINT_RADIUS
 from drake_aerial.visualization.matplotlib_figure import figure, save_png_and_pdf
 from drake_aerial.visualization.method_meshes import add_formation, skill_mesh
-from drake_aerial.visualization.rendering import render
+from drake_aerial.visualization.rendering import render, render_over
 
 CELL = (330, 330)
 """Width and height of a rendered cell [pixels]."""
@@ -82,10 +82,13 @@ def draw_flown_contacts(
     for axis in axes.flat:
         axis.set_axis_off()
     bounds, colors = _bounds(surface.points, rows), _saliency_colors(surface.saliency)
+    meshes = [_formation(cell.solution) for row in grid for _, (_, cell) in row]
+    images = iter(
+        render_over(_scan(surface.points, colors, com_S), meshes, size=CELL, bounds=bounds)
+    )
     for row in grid:
         for k, (axis, (method, cell)) in enumerate(row):
-            mesh = _mesh(cell.solution, surface.points, colors, com_S)
-            axis.imshow(render(mesh, size=CELL, bounds=bounds))
+            axis.imshow(next(images))
             axis.set_title(cell.caption, fontsize=9)
             if k == 0:
                 axis.text(
@@ -103,20 +106,23 @@ def draw_flown_contacts(
     return save_png_and_pdf(drawing, stem, dpi=120)
 
 
-def _mesh(
-    solution: Solution, points: Array, colors: Array, com_S: Sequence[float] | None
-) -> ColoredMesh:
+def _scan(points: Array, colors: Array, com_S: Sequence[float] | None) -> ColoredMesh:
     mesh = ColoredMesh()
     diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
     salient = colors[:, 0] < _SALIENT
     mesh.add_points(points[~salient], color=colors[~salient], radius=POINT_RADIUS * diagonal)
     mesh.add_points(points[salient], color=colors[salient], radius=1.5 * POINT_RADIUS * diagonal)
-    add_formation(mesh, solution.X_SG, solution.X_SQ, BLUE)
     if com_S is not None:
         x, y, z = com_S
         top = max(float(points[:, 2].max()), z) + 0.15
         mesh.add_tube([[x, y, z], [x, y, top]], color=_COM_COLOR, radius=0.006)
         mesh.add_sphere([x, y, z], color=_COM_COLOR, radius=0.02)
+    return mesh
+
+
+def _formation(solution: Solution) -> ColoredMesh:
+    mesh = ColoredMesh()
+    add_formation(mesh, solution.X_SG, solution.X_SQ, BLUE)
     return mesh
 
 
