@@ -13,10 +13,21 @@ import sys
 from collections.abc import Sequence
 
 from drake_aerial._version import __version__
-from drake_aerial.cli import defaults, demo, demonstrate, fly, learn, report, study, transfer, view
+from drake_aerial.cli import (
+    defaults,
+    demo,
+    demonstrate,
+    fly,
+    identify,
+    learn,
+    report,
+    study,
+    transfer,
+    view,
+)
 from drake_aerial.errors import InputError, JobError, one_line
 
-COMMANDS = (demo, learn, transfer, demonstrate, fly, study, report, view, defaults)
+COMMANDS = (demo, learn, transfer, demonstrate, fly, identify, study, report, view, defaults)
 """The commands, in the order of the help."""
 
 
