@@ -21,6 +21,7 @@ from .control.mpc.payload_mpc import PayloadMpc
 from .demo import run_demo
 from .errors import DrakeAerialError, InputError, JobError
 from .estimation.disturbance_observer import DisturbanceObserver
+from .estimation.mass_identification import identify_payload
 from .estimation.state_sensor import StateSensor
 from .features.surface_features import FeatureParameters, SurfaceFeatures, compute_features
 from .named_inputs import read_scan, read_skill
@@ -45,6 +46,7 @@ from .scene.depth_image import read_depth_image
 from .simulation.diagram_picture import write_diagram_picture
 from .simulation.flight import Flight
 from .simulation.flight_options import FlightOptions
+from .simulation.recorded_motion import recorded_motion
 from .simulation.station import make_transport_station
 from .simulation.station_parameters import StationParameters
 from .simulation.suspended_payload import SuspendedPayload
@@ -115,6 +117,7 @@ __all__ = [
     "connect_propellers",
     "defaults_text",
     "fly",
+    "identify_payload",
     "learn",
     "make_transport_station",
     "parameters_text",
@@ -124,6 +127,7 @@ __all__ = [
     "read_parameters",
     "read_scan",
     "read_skill",
+    "recorded_motion",
     "refine",
     "run_demo",
     "run_study",

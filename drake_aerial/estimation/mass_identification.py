@@ -62,6 +62,8 @@ class IdentificationParameters:
 class Identification:
     """Identified inertial parameters of a payload, with its grippers taken off.
 
+    Made by `identify_payload`.
+
     Attributes
     ----------
     parameters : InertialParameters
@@ -153,6 +155,18 @@ def identify_payload(
         If the arrays do not fit together.
     JobError
         If the flight is too short, or the payload was never carried.
+
+    Examples
+    --------
+    >>> from drake_aerial import Flight, FlightOptions, Payload, SuspendedPayload
+    >>> from drake_aerial import identify_payload, recorded_motion
+    >>> from drake_aerial.references.trajectory import HoverTrajectory
+    >>> box = Payload.from_box([0.4, 0.4, 0.2], 0.25)
+    >>> box = SuspendedPayload.from_contacts(box, [[0.1, 0.0, 0.1]], [[0.0, 0.0, 1.0]])
+    >>> trial = Flight(box, FlightOptions(trajectory=HoverTrajectory(hover_time=1.0))).run()
+    >>> result = identify_payload(recorded_motion(trial), trial.vertices, gripper_mass=0.002)
+    >>> round(result.parameters.mass, 3)
+    0.25
 
     Notes
     -----

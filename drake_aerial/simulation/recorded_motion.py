@@ -38,6 +38,16 @@ def recorded_motion(trial: TrialResult, forces: Forces = "thrust") -> PayloadMot
     ------
     InputError
         If `forces` is unknown, or the record has no masses of the quadrotors.
+
+    Examples
+    --------
+    >>> from drake_aerial import Flight, FlightOptions, Payload, SuspendedPayload, recorded_motion
+    >>> from drake_aerial.references.trajectory import HoverTrajectory
+    >>> box = Payload.from_box([0.4, 0.4, 0.2], 0.25)
+    >>> box = SuspendedPayload.from_contacts(box, [[0.0, 0.0, 0.1]], [[0.0, 0.0, 1.0]])
+    >>> options = FlightOptions(trajectory=HoverTrajectory(hover_time=0.2))
+    >>> recorded_motion(Flight(box, options).run()).force.shape
+    (21, 1, 3)
     """
     if forces not in ("thrust", "tension"):
         raise InputError(f"`forces` must be thrust or tension, got {forces!r}")
