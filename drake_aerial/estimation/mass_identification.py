@@ -180,7 +180,7 @@ def identify_payload(
             f"the payload must be carried for at least {_MIN_WINDOWS} windows of {p.window:g} s, "
             f"got {len(equations.A)}: record a longer flight, or shorten `window`"
         )
-    carried = equations.mean_pull / np.linalg.norm(motion.gravity)
+    carried = equations.mean_pull / float(np.linalg.norm(motion.gravity))
     if not carried > 0.0:
         raise JobError("the cables never pulled the payload upwards; record a flight that lifts it")
     prior = ShapePrior.of_points(vertices, carried, p.mass_share, p.com_share, p.inertia_share)

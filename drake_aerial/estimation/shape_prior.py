@@ -63,4 +63,5 @@ class ShapePrior:
         spread[1:4] = mass * com_std
         spread[4:10] = inertia_share * np.trace(J) + mass * com_std**2
         covariance = np.diag(spread**2) + (mass_share * mass) ** 2 * np.outer(by_mass, by_mass)
-        return cls(mean, np.linalg.inv(covariance), extent, com_std)
+        information = np.asarray(np.linalg.inv(covariance), np.float64)
+        return cls(mean, information, extent, com_std)
