@@ -143,6 +143,7 @@ def run(arguments: argparse.Namespace) -> int:
             result = flight.run(arguments.seed, progress=progress)
     if arguments.payload is None:
         say_assumptions(ContactSolutions.read(arguments.contacts).cloud)
+        say_assumptions(result.metrics["configuration"]["payload"])
     result.save(arguments.out)
     write_replay(arguments.out / "flight.html", result)
     print_result(arguments.json, result.metrics, f"{result.summary()}\n-> {arguments.out}")

@@ -18,6 +18,7 @@ class AssumptionKind(StrEnum):
     PRECISION = "precision"
     FACES = "faces"
     TOPIC = "topic"
+    UNSEEN = "unseen"
 
 
 @dataclass(frozen=True)
@@ -37,3 +38,7 @@ class Assumption:
 
     def __str__(self) -> str:
         return f"{self.kind}: {self.text}"
+
+    def to_dict(self) -> dict[str, str]:
+        """Return the assumption as result files hold it."""
+        return {"kind": str(self.kind), "text": self.text}

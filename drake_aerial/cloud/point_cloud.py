@@ -17,7 +17,7 @@ from drake_aerial.cloud.boundary import Boundary
 from drake_aerial.cloud.mesh_sampling import sample_surface
 from drake_aerial.cloud.raw_geometry import RawGeometry
 from drake_aerial.cloud.readers import read_geometry
-from drake_aerial.cloud.sensor_axes import camera_axes
+from drake_aerial.cloud.sensor_axes import SensorAxes, camera_axes
 from drake_aerial.cloud.stray_points import stray_points
 from drake_aerial.cloud.validation import check_points, size_assumption
 from drake_aerial.errors import InputError
@@ -92,10 +92,7 @@ class PointCloud:
         if self.topic is not None:
             record["topic"] = self.topic
         if self.assumptions:
-            record["assumptions"] = [
-                {"kind": str(assumption.kind), "text": assumption.text}
-                for assumption in self.assumptions
-            ]
+            record["assumptions"] = [assumption.to_dict() for assumption in self.assumptions]
         return record
 
     @classmethod
@@ -160,14 +157,12 @@ class PointCloud:
             text = f"the sensor is at {viewpoint_S.tolist()}, by the file's viewpoint"
             assumptions.append(Assumption(AssumptionKind.OUTSIDE, text))
         known = True
-        axes = "z forward" if raw.in_camera_axes else None
-        if axes is None and raw.faces is None and (viewpoint_S is None or not viewpoint_S.any()):
-            axes = camera_axes(points)
+        axes = _sensor_axes(raw, points, viewpoint_S)
         if axes is not None:
-            if viewpoint_S is None:
+            known = up is not None or not axes.certain
+            assumptions += _axes_assumptions(axes, up_is_given=up is not None)
+            if axes.certain and viewpoint_S is None:
                 viewpoint_S = np.zeros(3)
-            known = up is not None
-            assumptions += _in_camera_axes(axes, known)
         points.setflags(write=False)
         return cls(
             points,
@@ -301,13 +296,33 @@ def _dropped(text: str) -> Assumption:
     return Assumption(AssumptionKind.DROPPED, text)
 
 
-def _in_camera_axes(axes: str, up_is_known: bool) -> list[Assumption]:
-    """Return the assumptions on a cloud that is one camera's view in the camera's axes."""
-    text = f"the points are one camera's view from the origin, {axes}; normals face the origin"
-    found = [Assumption(AssumptionKind.AXES, text)]
-    if not up_is_known:
-        level = "0 -1 0" if axes == "z forward" else "0 1 0"
-        text = f"unknown in camera axes; give --up X Y Z ({level} for a level camera)"
+def _sensor_axes(raw: RawGeometry, points: Array, viewpoint: Array | None) -> SensorAxes | None:
+    """Return the sensor's axes of a cloud that is, or could be, in a camera's axes."""
+    if raw.in_camera_axes:
+        return SensorAxes("z forward", True, "they come from a depth image")
+    if raw.faces is not None or (viewpoint is not None and viewpoint.any()):
+        return None
+    return camera_axes(points, seen_from_origin=viewpoint is not None)
+
+
+def _axes_assumptions(axes: SensorAxes, *, up_is_given: bool) -> list[Assumption]:
+    """Return the assumptions on a cloud that is, or could be, one view in a camera's axes."""
+    level = "0 -1 0" if axes.axes == "z forward" else "0 1 0"
+    found = []
+    if axes.certain:
+        text = (
+            f"the points are one camera's view from the origin, {axes.axes}: {axes.reason}; "
+            "normals face the origin"
+        )
+        found.append(Assumption(AssumptionKind.AXES, text))
+        if not up_is_given:
+            text = f"unknown in camera axes; give --up X Y Z ({level} for a level camera)"
+            found.append(Assumption(AssumptionKind.UP, text))
+    elif not up_is_given:
+        text = (
+            f"0 0 1; but the points could be one camera's view in camera axes, {axes.axes}, since "
+            f"{axes.reason}; then give --up X Y Z ({level} for a level camera)"
+        )
         found.append(Assumption(AssumptionKind.UP, text))
     return found
 

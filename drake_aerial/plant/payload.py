@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from drake_aerial import geometry
+from drake_aerial.cloud.assumptions import Assumption
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, Pose
 from drake_aerial.io import strict_yaml
@@ -21,6 +22,7 @@ from drake_aerial.plant.mass_properties import (
     solid_properties,
 )
 from drake_aerial.plant.payload_file import read_payload_file
+from drake_aerial.plant.scan_hull import scan_hull
 
 TABLE_MASS = 0.25
 """Payload mass of the paper's parameter table [kg]."""
@@ -51,6 +53,8 @@ class Payload:
     is_hull : bool
         Whether the surface is the closed hull of a scan (`from_cloud`). The real surface, with the
         contacts on it, may then be inside of it.
+    assumptions : tuple of Assumption
+        What is assumed about the part of a scanned payload that was not seen.
 
     Examples
     --------
@@ -70,6 +74,7 @@ class Payload:
     faces: Array = field(repr=False)
     X_SP: Pose = field(default_factory=geometry.identity)
     is_hull: bool = False
+    assumptions: tuple[Assumption, ...] = ()
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.mass) and self.mass > 0.0):
@@ -162,6 +167,8 @@ class Payload:
     ) -> Payload:
         """Return the closed convex hull of a scan as a solid of uniform density.
 
+        The hull of a partial view is closed downwards to the level of its lowest point.
+
         Parameters
         ----------
         cloud : PointCloud or (N, 3) array
@@ -172,13 +179,9 @@ class Payload:
             Least thickness of the hull [m]. A thinner one, such as that of a single flat face, is
             thickened away from the viewpoint, or downwards if the viewpoint is not known.
         """
-        points = np.asarray(getattr(cloud, "points", cloud), dtype=float)
-        away = -np.asarray(getattr(cloud, "up", (0.0, 0.0, 1.0)), dtype=float)
-        viewpoint = getattr(cloud, "viewpoint", None)
-        if viewpoint is not None:
-            away = points.mean(axis=0) - np.asarray(viewpoint, dtype=float)
-        vertices, faces = triangles.closed_hull(points, depth, away)
-        return replace(cls._of_solid(vertices, faces, mass, None, None, name, None), is_hull=True)
+        vertices, faces, assumptions = scan_hull(cloud, depth)
+        solid = cls._of_solid(vertices, faces, mass, None, None, name, None)
+        return replace(solid, is_hull=True, assumptions=assumptions)
 
     @classmethod
     def _of_solid(

@@ -133,6 +133,11 @@ class Flight:
                 "com_L": payload.com.tolist(),
                 "inertia": payload.inertia.tolist(),
                 "stands_alone": self.station.payload_body.stands_alone,
+                **(
+                    {"assumptions": [assumption.to_dict() for assumption in payload.assumptions]}
+                    if payload.assumptions
+                    else {}
+                ),
             },
             "contacts_L": self.suspended_payload.p_LC.tolist(),
             "contacts_moved_m": self.suspended_payload.moved.tolist(),

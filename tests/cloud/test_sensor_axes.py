@@ -39,6 +39,18 @@ VIEW, R_WC = pixels()
 FLIP = np.array([1.0, -1.0, -1.0])
 
 
+def voxels(points, size):
+    """Return the mean of the points in each occupied cube of side `size` [m]."""
+    _, cube = np.unique(np.floor(points / size), axis=0, return_inverse=True)
+    cube = cube.ravel()
+    sums = [np.bincount(cube, points[:, k]) for k in range(3)]
+    return np.stack(sums, axis=1) / np.bincount(cube)[:, None]
+
+
+def shuffled(points):
+    return points[RNG.permutation(len(points))]
+
+
 @pytest.mark.parametrize(
     "points",
     [
@@ -48,12 +60,18 @@ FLIP = np.array([1.0, -1.0, -1.0])
         VIEW[RNG.permutation(len(VIEW))[:1500]],
         VIEW[(np.abs(VIEW[:, 0]) < 0.2)],
         pixels(eye=(0.01, 0.0, 1.5))[0],
+        np.round(shuffled(VIEW), 3),
+        shuffled(voxels(VIEW, 0.005)),
+        shuffled(voxels(VIEW, 0.01)),
+        voxels(VIEW, 0.03),
+        voxels(VIEW[np.abs(VIEW[:, 0]) < 0.2], 0.01),
+        voxels(np.round(pixels(eye=(0.6, -0.9, 0.7))[0], 3), 0.006),
     ],
 )
 def test_camera_axes_are_recognised(points):
-    assert len(points) > 1000
-    assert camera_axes(points) == "z forward"
-    assert camera_axes(points * FLIP) == "z backward"
+    for flip, axes in ((1.0, "z forward"), (FLIP, "z backward")):
+        found = camera_axes(points * flip)
+        assert (found.axes, found.certain) == (axes, True)
 
 
 def height_map():
@@ -61,23 +79,59 @@ def height_map():
     return np.c_[x, y, 1.0 + 0.1 * np.cos(9 * x)]
 
 
+def surface(mesh, offset):
+    return trimesh.sample.sample_surface(mesh, 6000, seed=1)[0] + offset
+
+
+BOX = trimesh.creation.box([0.6, 0.4, 0.2])
+CYLINDER = trimesh.creation.cylinder(0.2, 0.3)
+
+
 @pytest.mark.parametrize(
     "points",
     [
-        VIEW @ R_WC.T,
         VIEW @ R_WC.T + [0.3, -1.2, 1.0],
+        height_map() * [1, 1, 0],
+        surface(BOX, [0.2, 0.1, 1.0]),
+        surface(BOX, [0.2, 0.1, -1.0]),
+        surface(CYLINDER, [0.0, 0.3, 1.2]),
+    ],
+)
+def test_scans_about_the_origin_or_from_all_sides_have_z_up_without_a_word(points):
+    assert camera_axes(points) is None
+    assert PointCloud.read(points).assumptions == ()
+
+
+@pytest.mark.parametrize(
+    "points",
+    [
+        VIEW @ R_WC.T,  # from above, z up, the sensor at the origin
+        voxels(VIEW @ R_WC.T, 0.01),
         height_map(),
         height_map() * [1, 1, 0] + [0, 0, 1],
-        RNG.uniform(-0.2, 0.2, (3000, 3)) + [0, 0, 1],
         np.c_[RNG.uniform(-0.3, 0.3, (3000, 2)), np.ones(3000)],
-        partial_view(trimesh.creation.box([0.6, 0.4, 0.2]), [0, 0, 2.0]).points,
-        PointCloud.read(VIEW, up=[0, -1, 0]).downsampled(0.03).points,
+        partial_view(BOX, [0, 0, 2.0]).points + [0, 0, 1.0],
+        partial_view(BOX, [0.5, -1.0, 1.0]).points + [0.1, 0, 1.0],
+        partial_view(CYLINDER, [0.5, -1.0, 1.0]).points + [0.1, 0, 1.0],
         VIEW[:100],
     ],
 )
-def test_other_clouds_are_not_taken_for_a_cameras(points):
-    assert camera_axes(points) is None
-    assert camera_axes(points * FLIP) is None
+def test_where_the_axes_are_undecided_the_assumed_up_is_said(points):
+    assert not camera_axes(points).certain
+    cloud = PointCloud.read(points)
+    cloud.require_up()
+    (assumption,) = cloud.assumptions
+    assert str(assumption).startswith("up: 0 0 1; but the points could be one camera's view")
+    assert cloud.viewpoint is None
+    assert PointCloud.read(points, up=[0, 0, 1]).assumptions == ()
+
+
+def test_a_sensor_below_all_points_has_another_up():
+    points = height_map()
+    assert not camera_axes(points).certain
+    cloud = PointCloud.read(points, viewpoint=[0, 0, 0])
+    with pytest.raises(InputError, match="up is unknown"):
+        cloud.require_up()
 
 
 @pytest.mark.parametrize(("flip", "level"), [(1.0, "0 -1 0"), (FLIP, "0 1 0")])

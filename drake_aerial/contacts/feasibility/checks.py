@@ -44,7 +44,7 @@ def reasons_against(
         elevation = float(np.arcsin(np.clip(axis_of(X_NG.q[i], 2)[2], -1.0, 1.0)))
         clearance = max(parameters.clearance, surface.spacing)
         if elevation < parameters.min_elevation:
-            reasons.append(Reason(ReasonKind.UPSIDE_DOWN, gripper, value=elevation))
+            reasons.append(_not_upright(elevation, parameters.min_elevation, gripper))
         elif _cable_hits(X_NG.take(i), X_NQ.p[i], surface.points, clearance):
             reasons.append(Reason(ReasonKind.CABLE_THROUGH_PAYLOAD, gripper))
         if distance[i] > max(parameters.off_surface, surface.hole):
@@ -52,6 +52,13 @@ def reasons_against(
     reasons += _too_close(X_NQ.p, parameters.separation)
     reasons += hanging_reasons(X_NG.p, X_NQ.p, centre, parameters.lift)
     return tuple(reasons)
+
+
+def _not_upright(elevation: float, limit: float, gripper: int | None) -> Reason:
+    """Return the reason against a gripper whose axis is not far enough above the horizontal."""
+    if round(np.rad2deg(elevation)) < 0:
+        return Reason(ReasonKind.UPSIDE_DOWN, gripper, value=elevation)
+    return Reason(ReasonKind.SIDEWAYS, gripper, value=max(elevation, 0.0), limit=limit)
 
 
 def hanging_reasons(

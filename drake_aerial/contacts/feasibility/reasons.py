@@ -13,6 +13,10 @@ class ReasonKind(Enum):
     """Kind of a reason; its value is the text (or template) that contacts.json holds."""
 
     UPSIDE_DOWN = "upside down (its axis points {value:.0f} deg above the horizontal)"
+    SIDEWAYS = (
+        "sideways (its axis points {value:.0f} deg above the horizontal, at least {limit:.0f} deg "
+        "are needed)"
+    )
     UPSIDE_DOWN_AFTER_MOVE = "upside down where it was moved to (the surface faces {value:.0f} deg)"
     CABLE_THROUGH_PAYLOAD = "cable through the payload"
     OFF_SURFACE = "off the surface (nearest point {value:.1f} cm away)"
@@ -32,6 +36,7 @@ class ReasonKind(Enum):
 # Units in texts that are not SI, over the SI unit.
 _TEXT_UNIT = {
     ReasonKind.UPSIDE_DOWN: float(np.rad2deg(1.0)),
+    ReasonKind.SIDEWAYS: float(np.rad2deg(1.0)),
     ReasonKind.UPSIDE_DOWN_AFTER_MOVE: float(np.rad2deg(1.0)),
     ReasonKind.OFF_SURFACE: 100.0,
     ReasonKind.TILTED: float(np.rad2deg(1.0)),
@@ -78,9 +83,10 @@ class Reason:
 
     def __str__(self) -> str:
         first, second = (-1, -1) if self.pair is None else self.pair
+        unit = _TEXT_UNIT.get(self.kind, 1.0)
         text = self.kind.value.format(
-            value=None if self.value is None else self.value * _TEXT_UNIT.get(self.kind, 1.0),
-            limit=self.limit,
+            value=None if self.value is None else self.value * unit,
+            limit=None if self.limit is None else self.limit * unit,
             name=self.name,
             first=first + 1,
             second=second + 1,

@@ -41,8 +41,16 @@ def test_top_of_a_box_is_feasible(surface):
 
 def test_upside_down(surface):
     assert "upside down" in reasons(surface, [0, 0, -0.15], axes=[0, 0, -1])[0]
-    # The middle of a side face.
-    assert "upside down" in reasons(surface, [0.3, 0, 0], axes=[1, 0, 0])[0]
+
+
+@pytest.mark.parametrize("elevation", [-0.4, 0.0, 3.0])
+def test_a_gripper_on_a_side_face_is_sideways(surface, elevation):
+    angle = np.deg2rad(elevation)
+    found = reasons(surface, [0.3, 0, 0], axes=[np.cos(angle), 0, np.sin(angle)])
+    assert found[0] == (
+        f"sideways (its axis points {max(elevation, 0):.0f} deg above the horizontal, "
+        "at least 10 deg are needed)"
+    )
 
 
 def test_cable_through_the_payload(surface):
@@ -82,7 +90,7 @@ def test_reasons_name_the_gripper(surface):
     )
     assert found[0] == "gripper 1: off the surface (nearest point 3.0 cm away)"
     assert found[1] == "gripper 2: cable through the payload"
-    assert found[2].startswith("gripper 3: upside down")
+    assert found[2].startswith("gripper 3: sideways")
 
 
 @pytest.mark.parametrize(

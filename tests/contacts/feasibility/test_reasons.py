@@ -9,6 +9,10 @@ from drake_aerial.contacts.feasibility.reasons import Reason, ReasonKind
 # Texts in contacts.json files of the first version, with the reasons that they stand for.
 TEXTS = {
     "upside down (its axis points -12 deg above the horizontal)": (ReasonKind.UPSIDE_DOWN, None),
+    "sideways (its axis points 3 deg above the horizontal, at least 10 deg are needed)": (
+        ReasonKind.SIDEWAYS,
+        None,
+    ),
     "gripper 2: upside down where it was moved to (the surface faces -90 deg)": (
         ReasonKind.UPSIDE_DOWN_AFTER_MOVE,
         1,

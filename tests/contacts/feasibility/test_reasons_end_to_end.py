@@ -47,11 +47,11 @@ def test_a_formation_around_the_middle_has_none(path, positions):
     assert written_reasons(path, positions) == []
 
 
-def test_upside_down(path):
+def test_sideways(path):
     # The first stands on a side face, its axis level, and the cable goes up along the wall.
     side = np.array([[0.34, 0.0, 0.0], [-0.22, 0.0, TOP]])
     found = written_reasons(path, side, axes=[[1.0, 0, 0], [0, 0, 1.0]])
-    assert any(reason.startswith("gripper 1: upside down (its axis points") for reason in found)
+    assert any(reason.startswith("gripper 1: sideways (its axis points 0 deg") for reason in found)
     assert not any(reason.startswith("gripper 2") for reason in found)
 
 
