@@ -62,7 +62,7 @@ def read_scan(
     ----------
     name_or_path : str or Path
         A scan of any format that `PointCloud.read` takes, a depth image, a bag (a folder of
-        rosbag2, .mcap or .db3), or the name of a shipped payload.
+        rosbag2, .mcap, .db3 or .bag), or the name of a shipped payload.
     viewpoint : (3,), optional
         The sensor's position in the cloud's frame [m].
     up : (3,), optional

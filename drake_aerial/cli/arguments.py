@@ -47,7 +47,8 @@ def add_scan(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--topic",
         metavar="NAME",
-        help="topic of PointCloud2 or depth Image, if CLOUD is a bag (rosbag2 folder .mcap .db3)",
+        help="topic of PointCloud2 or depth Image, if CLOUD is a bag (rosbag2 folder .mcap .db3 "
+        ".bag)",
     )
 
 

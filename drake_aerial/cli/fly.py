@@ -1,11 +1,19 @@
 """The command ``fly``: fly one of the solutions of a transfer."""
 
+from __future__ import annotations
+
 import argparse
+import os
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from drake_aerial.choices import BELIEFS, CABLES, CONTROLLERS
 from drake_aerial.cli.arguments import add_json, add_live, add_seed, live_is_wanted, whole_number
 from drake_aerial.cli.output import print_result, progress_bar, say, say_assumptions
+from drake_aerial.errors import InputError
+
+if TYPE_CHECKING:
+    from drake_aerial.cloud.point_cloud import PointCloud
 
 
 def add_command(commands: argparse._SubParsersAction) -> None:
@@ -37,7 +45,13 @@ def add_command(commands: argparse._SubParsersAction) -> None:
     command.add_argument(
         "--cloud",
         metavar="CLOUD",
-        help="the scan, if contacts.json names no file or the file has moved",
+        help="the scan, if contacts.json names no file or the file has moved; its viewpoint, up "
+        "and camera are those of contacts.json",
+    )
+    command.add_argument(
+        "--topic",
+        metavar="NAME",
+        help="topic of the points, if CLOUD is a bag (default: that of contacts.json)",
     )
     command.add_argument(
         "--solution",
@@ -101,7 +115,7 @@ def _add_station(command: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Fly the solution; save the trial and its replay. Fail unless the flight is completed."""
-    from drake_aerial import prepare_flight, read_scan, write_diagram_picture
+    from drake_aerial import prepare_flight, write_diagram_picture
     from drake_aerial.configuration import read_controller, read_station
     from drake_aerial.contacts.solutions import ContactSolutions
     from drake_aerial.visualization.replay import write_replay
@@ -120,7 +134,7 @@ def run(arguments: argparse.Namespace) -> int:
             payload=arguments.payload,
             mass=arguments.mass,
             solution=arguments.solution,
-            cloud=None if arguments.cloud is None else read_scan(arguments.cloud),
+            cloud=_scan(arguments),
             belief=arguments.belief,
             controller=read_controller(arguments.controller),
             trajectory=arguments.trajectory,
@@ -148,3 +162,21 @@ def run(arguments: argparse.Namespace) -> int:
     write_replay(arguments.out / "flight.html", result)
     print_result(arguments.json, result.metrics, f"{result.summary()}\n-> {arguments.out}")
     return 0 if result.outcome == "completed" else 1
+
+
+def _scan(arguments: argparse.Namespace) -> PointCloud | None:
+    """Return the scan that is given, read with the viewpoint, up and camera of the contacts."""
+    from drake_aerial.contacts.solutions import ContactSolutions
+    from drake_aerial.named_inputs import read_scan
+    from drake_aerial.scene.bags import is_bag
+    from drake_aerial.scene.recorded_scan import read_recorded_scan
+
+    path, topic = arguments.cloud, arguments.topic
+    if topic is not None and (path is None or not is_bag(Path(path))):
+        raise InputError("--topic needs --cloud BAG, a bag")
+    if path is None:
+        return None
+    if not os.path.exists(path):
+        return read_scan(path)
+    record = ContactSolutions.read(arguments.contacts).cloud
+    return read_recorded_scan(record if topic is None else {**record, "topic": topic}, path)

@@ -61,7 +61,9 @@ def read_pcd(path: Path) -> RawGeometry:
     if any(counts[k] != 1 for k in at):
         raise invalid(path, "COUNT of x, y and z must be 1")
     storage = header["DATA"][0].lower() if header["DATA"] else ""
-    read = {"ascii": _ascii, "binary": _binary, "binary_compressed": _compressed}.get(storage)
+    readers = {"ascii": _ascii, "binary": _binary, "binary_compressed": _compressed}
+    # pypcd4 spells the last name in its own way.
+    read = (readers | {"binaryscompressed": _compressed}).get(storage)
     if read is None:
         raise invalid(path, f"DATA {storage!r} is not known")
     points = read(path, body, dtype, count, at)

@@ -55,7 +55,7 @@ def _read_file(path: Path) -> RawGeometry:
             f"{path} is an image; a depth image needs its intrinsics: --camera camera.yaml, "
             "or drake_aerial.read_depth_image"
         )
-    if suffix in (".mcap", ".db3"):
+    if suffix in (".mcap", ".db3", ".bag"):
         raise InputError(f"{path} is a bag; read it with drake_aerial.read_scan")
     if suffix not in _READERS:
         given = f"format {suffix!r}" if suffix else "no file extension"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterable
 from typing import Any
 
@@ -15,12 +16,17 @@ from drake_aerial.scene.depth_camera import DepthCamera
 _FIELD_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
 # sensor_msgs/Image: numpy's types of depth encodings.
 _DEPTH_TYPES = {"16UC1": "u2", "mono16": "u2", "32FC1": "f4"}
+# Header of compressed_depth_image_transport: its format, and the two numbers of inverse depths.
+_DEPTH_HEADER = np.dtype([("format", "<i4"), ("a", "<f4"), ("b", "<f4")])
+_MAX_PIXELS = 2**26
 # Mean specific force [m/s^2] of a sensor that hardly accelerates.
 _SPECIFIC_FORCE = (8.0, 12.0)
 
 
 def is_depth(image: Any) -> bool:
-    """Return True if a sensor_msgs/Image has a depth encoding."""
+    """Return True if a sensor_msgs/Image or CompressedImage has a depth encoding."""
+    if hasattr(image, "format"):
+        return image.format.replace(";", " ").split()[:1] in [[kind] for kind in _DEPTH_TYPES]
     return image.encoding in _DEPTH_TYPES
 
 
@@ -70,6 +76,55 @@ def depths_of(message: Any, label: str) -> np.ndarray:
     return depths.astype(np.dtype(kind))
 
 
+def compressed_depths_of(message: Any, label: str) -> np.ndarray:
+    """Return the depths (height, width) of a sensor_msgs/CompressedImage, in mm or m.
+
+    Read are the formats of compressed_depth_image_transport with PNG, and plain PNG of 16 bits.
+
+    Raises
+    ------
+    InputError
+        If the format is another one, such as JPEG, or the data are no image.
+    """
+    words = message.format.replace(";", " ").split()
+    data = message.data.tobytes()
+    encoding = words[0] if words else ""
+    inside = "compressedDepth" in words
+    if (
+        encoding not in _DEPTH_TYPES
+        or any(word in words for word in ("jpeg", "jpg", "rvl"))
+        or not (inside or "png" in words)
+    ):
+        raise InputError(
+            f"{label} must be a depth image compressed as PNG, such as '16UC1; compressedDepth "
+            f"png', got the format {message.format!r}; record the image without compression"
+        )
+    try:
+        pixels = _png(data[_DEPTH_HEADER.itemsize :] if inside else data)
+        if encoding != "32FC1" or not inside:
+            return pixels
+        header = np.frombuffer(data, _DEPTH_HEADER, 1)[0]
+    except (ValueError, OSError) as error:
+        raise InputError(f"{label}: the compressed image is damaged: {error}") from error
+    # 32-bit depths are stored as inverse depths in steps.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        depths = header["a"] / (pixels.astype(np.float64) - header["b"])
+    return np.where(pixels > 0, depths, np.nan)
+
+
+def _png(data: bytes) -> np.ndarray:
+    """Return the pixels of a PNG file of 16 bits."""
+    from PIL import Image
+
+    with Image.open(io.BytesIO(data)) as image:
+        if image.width * image.height > _MAX_PIXELS:
+            raise ValueError(f"{image.width} x {image.height} pixels are too many")
+        pixels = np.asarray(image)
+    if pixels.ndim != 2 or pixels.dtype.itemsize < 2:
+        raise ValueError(f"16 bits for each pixel are needed, got {pixels.dtype} {pixels.shape}")
+    return pixels.astype(np.uint16)
+
+
 def camera_of(message: Any, *, rectified: bool) -> DepthCamera:
     """Return the intrinsics of a sensor_msgs/CameraInfo.
 
@@ -86,11 +141,16 @@ def camera_of(message: Any, *, rectified: bool) -> DepthCamera:
         If the values are no intrinsics.
     """
     values = {"width": int(message.width), "height": int(message.height)}
-    if rectified and message.p[0] > 0.0:
-        p = message.p.tolist()
+    # ROS 1 has capital letters.
+    d, k, p = (
+        (message.d, message.k, message.p)
+        if hasattr(message, "k")
+        else (message.D, message.K, message.P)
+    )
+    if rectified and p[0] > 0.0:
         return DepthCamera.read(values | {"fx": p[0], "fy": p[5], "cx": p[2], "cy": p[6]})
-    model = {"distortion_model": message.distortion_model, "d": message.d.tolist()}
-    return DepthCamera.read(values | model | {"k": message.k.tolist()})
+    model = {"distortion_model": message.distortion_model, "d": d.tolist()}
+    return DepthCamera.read(values | model | {"k": k.tolist()})
 
 
 def up_of(messages: Iterable[Any]) -> tuple[Array | None, str]:

@@ -1,4 +1,4 @@
-"""Recordings of ROS 2, bags, as point clouds; ROS is not needed."""
+"""Recordings of ROS 2 and ROS 1, bags, as point clouds; ROS is not needed."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from drake_aerial.errors import InputError
 from drake_aerial.scene.bag_messages import (
     camera_of,
     chain_to_root,
+    compressed_depths_of,
     depths_of,
     is_depth,
     points_of,
@@ -29,6 +30,7 @@ from drake_aerial.scene.depth_camera import DepthCamera
 from drake_aerial.scene.depth_image import depth_points
 
 _CLOUD, _IMAGE = "sensor_msgs/msg/PointCloud2", "sensor_msgs/msg/Image"
+_COMPRESSED = "sensor_msgs/msg/CompressedImage"
 _INFO, _IMU = "sensor_msgs/msg/CameraInfo", "sensor_msgs/msg/Imu"
 _TRANSFORMS = "tf2_msgs/msg/TFMessage"
 # Frames of REP 105, whose origin is not the sensor.
@@ -39,7 +41,9 @@ _IMU_WINDOW, _IMU_MESSAGES = 500_000_000, 2000
 
 def is_bag(path: Path) -> bool:
     """Return True for a folder of rosbag2, or the name of a storage file."""
-    return path.suffix.lower() in (".mcap", ".db3") or os.path.isfile(path / "metadata.yaml")
+    return path.suffix.lower() in (".mcap", ".db3", ".bag") or os.path.isfile(
+        path / "metadata.yaml"
+    )
 
 
 def read_bag(
@@ -55,7 +59,7 @@ def read_bag(
     Parameters
     ----------
     path : str or Path
-        A folder of rosbag2, a .mcap or a .db3 file.
+        A folder of rosbag2, a .mcap or a .db3 file; or a .bag file of ROS 1.
     topic : str, optional
         A topic of PointCloud2, or of depth images; by default the only one.
     viewpoint : (3,) array or pose, optional
@@ -81,9 +85,11 @@ def read_bag(
         time, message = _first(bag, chosen)
         label, frame = f"{path}, topic {chosen}", message.header.frame_id.strip("/")
         intrinsics = None
-        if _types(bag)[chosen] == _IMAGE:
+        kind = _types(bag)[chosen]
+        if kind in (_IMAGE, _COMPRESSED):
             intrinsics = DepthCamera.read(camera) if camera else _camera(bag, chosen, label)
-            points = depth_points(depths_of(message, label), intrinsics, label)
+            depths = (depths_of if kind == _IMAGE else compressed_depths_of)(message, label)
+            points = depth_points(depths, intrinsics, label)
         else:
             points = points_of(message, label)
         count = bag.topics[chosen].msgcount
@@ -157,7 +163,9 @@ def _first(bag: Any, topic: str) -> tuple[int, Any]:
 
 def _info_topic(topic: str) -> str:
     """Return the topic of the CameraInfo of an image's topic."""
-    return topic.rpartition("/")[0] + "/camera_info"
+    # The transports of compressed images append their own names.
+    image = topic.removesuffix("/compressedDepth").removesuffix("/compressed")
+    return image.rpartition("/")[0] + "/camera_info"
 
 
 def _camera(bag: Any, topic: str, label: str) -> DepthCamera:
@@ -173,7 +181,7 @@ def _camera(bag: Any, topic: str, label: str) -> DepthCamera:
 def _choose(bag: Any, path: Path, topic: str | None, camera: Any) -> tuple[str, list[Assumption]]:
     """Return the topic of the points, and what was assumed."""
     types = _types(bag)
-    if topic is not None and types.get(topic) in (_CLOUD, _IMAGE):
+    if topic is not None and types.get(topic) in (_CLOUD, _IMAGE, _COMPRESSED):
         return topic, []
     there = "; ".join(
         f"{name} ({info.msgtype or 'several types'}, {info.msgcount})"
@@ -192,7 +200,7 @@ def _choose(bag: Any, path: Path, topic: str | None, camera: Any) -> tuple[str, 
         for name, kind in types.items()
         if kind == _CLOUD
         or (
-            kind == _IMAGE
+            kind in (_IMAGE, _COMPRESSED)
             and (camera or types.get(_info_topic(name)) == _INFO)
             and is_depth(_first(bag, name)[1])
         )

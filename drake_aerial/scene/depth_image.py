@@ -122,9 +122,16 @@ def _read_file(path: Path) -> np.ndarray:
 
 
 def _read_image(path: Path) -> np.ndarray:
-    from PIL import Image
+    from PIL import Image, UnidentifiedImageError
 
-    with Image.open(path) as image:
+    try:
+        opened = Image.open(path)
+    except UnidentifiedImageError as error:
+        raise InputError(
+            f"cannot read {path}: not an image, or of numbers that Pillow does not read; save "
+            "whole numbers of 16 bits or floating-point numbers of 32 bits"
+        ) from error
+    with opened as image:
         if image.width * image.height > _MAX_PIXELS:
             raise InputError(f"{path} has {image.width} x {image.height} pixels, too many to read")
         return np.asarray(image)

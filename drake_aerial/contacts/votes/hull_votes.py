@@ -17,6 +17,9 @@ from drake_aerial.features.surface_features import SurfaceFeatures
 from drake_aerial.geometry import Array
 from drake_aerial.skill.contact_skill import ContactSkill
 
+# Curvature times rho of a concave edge.
+_CONCAVE = -0.3
+
 
 @dataclass(frozen=True, eq=False)
 class GravityFeatures:
@@ -54,6 +57,7 @@ class GravityFeatures:
         """Return the gravity frames of features in a frame whose z is up."""
         t, _ = horizontal_direction(features)
         p = features.p[:, :2]
+        t = np.where(_at_a_wall(features, p, t, hull)[:, None], -t, t)
         support = np.maximum(hull.support(t), 1e-6)
         depth = np.sum(t * (p - hull.centroid), axis=1) / support
         length, width = np.maximum(hull.width(t), 1e-6), np.maximum(hull.width(turned(t)), 1e-6)
@@ -61,6 +65,17 @@ class GravityFeatures:
         middle = 0.5 * (hull.support(e) - hull.support(-e))
         side = (np.sum(e * (p - hull.centroid), axis=1) - middle) / (0.5 * width)
         return cls(p, t, features.saliency, depth, support, length, width, side)
+
+
+def _at_a_wall(features: SurfaceFeatures, p: Array, t: Array, hull: HorizontalHull) -> Array:
+    """Return which features are the foot of a wall along the outline, (N,).
+
+    They are concave, face the middle of an open tray, and the outline is within rho. The object
+    ends behind them: their outward direction is away from the side that they face.
+    """
+    inward = np.sum(t * (p - hull.centroid), axis=1) < 0.0
+    concave = ~features.rim & (features.r[:, 0] < _CONCAVE)
+    return concave & inward & ~hull.contains(p, -features.rho)
 
 
 def turned(t: Array) -> Array:
