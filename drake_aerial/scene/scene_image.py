@@ -83,7 +83,8 @@ class SceneImage:
             pose = as_pose(X_SC)
             R_SC, viewpoint = matrix_from_quat(pose.q), np.asarray(pose.p, dtype=np.float64)
         else:
-            backward = cloud.camera is None and camera_axes(cloud.points) == "z backward"
+            axes = camera_axes(cloud.points) if cloud.camera is None else None
+            backward = axes is not None and axes.certain and axes.axes == "z backward"
             R_SC = np.diag([1.0, -1.0, -1.0]) if backward else np.eye(3)
             viewpoint = np.zeros(3)
         at_camera = cloud.viewpoint is not None and np.allclose(cloud.viewpoint, viewpoint)
