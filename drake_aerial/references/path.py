@@ -14,11 +14,21 @@ from drake_aerial.geometry import Array
 
 Point = tuple[float, float, float]
 TIMINGS = ("smooth", "quintic", "constant")
-_POLYNOMIALS = {
-    "smooth": np.polynomial.Polynomial(
-        [0.0, 0.0, 0.0, 0.0, 0.0, 126.0, -420.0, 540.0, -315.0, 70.0]
-    ),
-    "quintic": np.polynomial.Polynomial([0.0, 0.0, 0.0, 10.0, -15.0, 6.0]),
+
+
+def _derivatives(coefficients: list[float]) -> Array:
+    """Return the coefficients of a polynomial and of four derivatives: (N, 5, 1), lowest first."""
+    polynomial = np.polynomial.Polynomial(coefficients)
+    table = np.zeros((len(coefficients), 5, 1))
+    for k in range(5):
+        derivative = polynomial.deriv(k) if k else polynomial
+        table[: len(derivative), k, 0] = derivative.coef
+    return table
+
+
+_COEFFICIENTS = {
+    "smooth": _derivatives([0.0, 0.0, 0.0, 0.0, 0.0, 126.0, -420.0, 540.0, -315.0, 70.0]),
+    "quintic": _derivatives([0.0, 0.0, 0.0, 10.0, -15.0, 6.0]),
 }
 
 
@@ -43,9 +53,13 @@ def timing_law(timing: str, tau: Array) -> Array:
     InputError
         If the timing is unknown.
     """
-    if timing in _POLYNOMIALS:
-        s = _POLYNOMIALS[timing]
-        return np.stack([(s.deriv(k) if k else s)(tau) for k in range(5)])
+    if timing in _COEFFICIENTS:
+        coefficients = _COEFFICIENTS[timing]
+        # Horner's scheme, for all derivatives at once.
+        stack = coefficients[-1] + np.zeros_like(tau)
+        for row in coefficients[-2::-1]:
+            stack = row + stack * tau
+        return stack
     if timing == "constant":
         return np.stack([tau, np.ones_like(tau), *(np.zeros_like(tau) for _ in range(3))])
     raise InputError(f"`timing` must be one of {', '.join(TIMINGS)}, got {timing!r}")
