@@ -137,6 +137,10 @@ def _opened(path: Path) -> Iterator[Any]:
         raise
     except PermissionError as error:
         raise InputError(f"cannot read {path}: {error.strerror}") from error
+    except MemoryError as error:
+        raise InputError(
+            f"cannot read {path} as a bag: it is damaged: it declares more data than fits in memory"
+        ) from error
     except Exception as error:  # the library raises errors of many types
         reason = shorten(f"{type(error).__name__}: {error}", 200)
         raise InputError(f"cannot read {path} as a bag: {reason}") from error

@@ -139,7 +139,7 @@ class DepthCamera:
         given: dict[str, Any] = {
             key: float(numbers(values[key], (), f"{where}: {key}"))
             for key in ("width", "height", "fx", "fy", "cx", "cy", "depth_scale")
-            if values.get(key) is not None
+            if key != "depth_scale" or values.get(key) is not None
         }
         for key in ("width", "height"):
             if given[key] != int(given[key]):

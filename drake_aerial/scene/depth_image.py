@@ -140,7 +140,10 @@ def _read_image(path: Path) -> np.ndarray:
 def _read_exr(path: Path) -> np.ndarray:
     import OpenEXR
 
-    channels: Any = OpenEXR.File(str(path), separate_channels=True).channels()
+    try:
+        channels: Any = OpenEXR.File(str(path), separate_channels=True).channels()
+    except Exception as error:  # its messages do not name the cause
+        raise InputError(f"cannot read {path}: not an EXR file, or damaged or cut short") from error
     name = next((name for name in ("Z", "Y", "V", "depth.Z", "R") if name in channels), None)
     if name is None:
         raise InputError(f"{path} has no channel Z, only {', '.join(channels) or 'none'}")

@@ -149,3 +149,15 @@ def test_contacts_find_the_depth_image_of_a_bag_again(tmp_path):
     messages = {"/depth/image_raw": image(), "/depth/camera_info": info([0.1, 0, 0, 0, 0])}
     scan = read_scan(write(tmp_path / "bag", messages), up=[0, -1, 0])
     np.testing.assert_array_equal(find_scan(scan.to_record(), None).points, scan.points)
+
+
+def test_a_length_beyond_memory_is_a_damaged_bag(tmp_path, monkeypatch):
+    from drake_aerial.scene import bags
+
+    def endless(*_):
+        raise MemoryError
+
+    bag = write(tmp_path / "bag", {"/points": cloud()})
+    monkeypatch.setattr(bags, "_choose", endless)
+    with pytest.raises(InputError, match="damaged: it declares more data than fits in memory"):
+        read_scan(bag)

@@ -111,3 +111,10 @@ def test_files_without_intrinsics_are_refused(tmp_path):
         DepthCamera.read(write(tmp_path, {k: v for k, v in OURS.items() if k != "cy"}))
     with pytest.raises(InputError, match="cannot read"):
         DepthCamera.read(tmp_path / "gone.yaml")
+
+
+@pytest.mark.parametrize("key", ["width", "height", "fx", "fy", "cx", "cy"])
+def test_intrinsics_without_a_value_are_refused_by_name(key):
+    values = {"width": 64, "height": 48, "fx": 60, "fy": 60, "cx": 31.5, "cy": 23.5, key: None}
+    with pytest.raises(InputError, match=f"{key} must be a finite number, got None"):
+        DepthCamera.read(values)

@@ -176,3 +176,11 @@ def test_the_contact_is_on_the_top_of_a_box_in_a_depth_image(tmp_path):
     best = transfer(read_skill("flat"), cloud, top=1).best
     p_W = R_WC @ best.X_SG.p[0] + eye
     np.testing.assert_allclose(p_W, [0, 0, 0.1], atol=0.03)
+
+
+@pytest.mark.parametrize("keep", [0.0, 0.5, 0.9])
+def test_an_exr_that_is_cut_short_is_refused(tmp_path, keep):
+    path = write_exr(tmp_path / "a.exr", Z=(DEPTH / 1000).astype("f4"))
+    path.write_bytes(b"x" + path.read_bytes()[: int(keep * path.stat().st_size)][1:])
+    with pytest.raises(InputError, match="not an EXR file, or damaged or cut short"):
+        read_depth_image(path, CAMERA)
