@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_aerial.geometry import Array
-from drake_aerial.scene.local_planes import LocalPlanes, shifted
+from drake_aerial.scene.local_planes import LocalPlanes
 
 Mask = NDArray[np.bool_]
 # Jumps are deviations from the neighbour's plane of more than this many standard deviations of the
@@ -42,25 +42,44 @@ def find_creases(planes: LocalPlanes, smooth_C: Array, angle: float) -> Creases:
     angle : float
         Least angle of an edge [deg].
     """
-    shape = planes.value.shape
-    jump, concave, convex = (np.zeros(shape, dtype=bool) for _ in range(3))
-    here = planes.at((0, 0))
-    least_cos = np.cos(np.deg2rad(angle))
-    for rows, columns in ((0, 1), (1, 0)):
-        ahead, behind = planes.at((rows, columns)), planes.at((-rows, -columns))
-        limit = JUMP_DEVIATIONS * planes.noise
-        first = np.abs(ahead - shifted(planes.value, -rows, -columns)) - np.abs(ahead - here)
-        second = np.abs(behind - shifted(planes.value, rows, columns)) - np.abs(behind - here)
-        second = shifted(second, -rows, -columns)
-        parted = ~(np.minimum(first, second) <= limit)
-        jump |= parted
-        jump |= shifted(parted, rows, columns, fill=False)
-        down, right = _REACH * rows, _REACH * columns
-        normal_1, normal_2 = (shifted(planes.normal, s * down, s * right) for s in (1, -1))
-        point_1, point_2 = (shifted(smooth_C, s * down, s * right) for s in (1, -1))
-        bent = (normal_1 * normal_2).sum(axis=-1) < least_cos
-        lean = ((normal_1 - normal_2) * (point_1 - point_2)).sum(axis=-1)
-        concave |= bent & (lean < 0.0)
-        convex |= bent & (lean >= 0.0)
+    value = planes.value.astype(np.float32)
+    x, y = (planes.rays[..., k].astype(np.float32) for k in range(2))
+    a, b, c = (planes.coefficients[..., k].astype(np.float32) for k in range(3))
+    normals = [planes.normal[..., k].astype(np.float32) for k in range(3)]
+    points = [smooth_C[..., k].astype(np.float32) for k in range(3)]
+    jump, concave, convex = (np.zeros(value.shape, dtype=bool) for _ in range(3))
+    here = a * x + b * y + c
+    most_cosine = np.cos(planes.least_angle(angle)).astype(np.float32)
+    for axis in (0, 1):
+        (x1, x2), (y1, y2), (value1, value2), (here1, here2) = (
+            _pair(image, axis, 1) for image in (x, y, value, here)
+        )
+        (a1, a2), (b1, b2), (c1, c2) = (_pair(image, axis, 1) for image in (a, b, c))
+        ahead, behind = a1 * x2 + b1 * y2 + c1, a2 * x1 + b2 * y1 + c2
+        first = np.abs(ahead - value2) - np.abs(ahead - here1)
+        second = np.abs(behind - value1) - np.abs(behind - here2)
+        parted = ~(np.minimum(first, second) <= JUMP_DEVIATIONS * planes.noise)
+        for side in _pair(jump, axis, 1):
+            side |= parted
+        cosine = sum(np.multiply(*_pair(normal, axis, 2 * _REACH)) for normal in normals)
+        lean = sum(
+            np.subtract(*_pair(normal, axis, 2 * _REACH)) * np.subtract(*_pair(point, axis, 2 * _REACH))
+            for normal, point in zip(normals, points, strict=True)
+        )
+        bent = cosine < _middle(most_cosine, axis)
+        _middle(concave, axis)[...] |= bent & (lean < 0.0)
+        _middle(convex, axis)[...] |= bent & (lean >= 0.0)
     jump &= np.isfinite(planes.value)
     return Creases(jump, concave, convex)
+
+
+def _pair(image: NDArray, axis: int, reach: int) -> tuple[NDArray, NDArray]:
+    """Return the views of an image (H, W) whose pixels are `reach` apart along an axis."""
+    if axis == 0:
+        return image[:-reach], image[reach:]
+    return image[:, :-reach], image[:, reach:]
+
+
+def _middle(image: NDArray, axis: int) -> NDArray:
+    """Return the view of the pixels halfway between those of `_pair` at twice the reach."""
+    return image[_REACH:-_REACH] if axis == 0 else image[:, _REACH:-_REACH]

@@ -87,9 +87,10 @@ def find_scene(
             supports = find_supports(faces, other_C, surfaces, parameters.min_height)
     if not supports:
         _check_without_support(image, surfaces, faces, known_S is not None)
-        gravity = _gravity(given_S, imu_S, None, image, surfaces)
+        gravity = _gravity(given_S, imu_S, None, image)
         return one_object(image, gravity)
-    gravity = _gravity(given_S, imu_S, supports[0], image, surfaces)
+    uncertain = [direction_uncertainty_deg(face, surfaces) for face in supports]
+    gravity = _gravity(given_S, imu_S, (supports[0], uncertain[0]), image)
     up_C = image.R_SC.T @ gravity.up
     R_UC = matrix_from_quat(quat_from_two_vectors(up_C, np.array([0.0, 0.0, 1.0])))
     ground = find_ground(supports, surfaces)
@@ -101,7 +102,10 @@ def find_scene(
         )
     labels = point_labels(image, surfaces, on_pixels, supports, up_C)
     outline = find_outline(on_pixels, surfaces, up_C)
-    described = tuple(_support(face, image, surfaces, on_pixels) for face in supports)
+    described = tuple(
+        _support(face, deviation, image, surfaces, on_pixels)
+        for face, deviation in zip(supports, uncertain, strict=True)
+    )
     objects = describe_objects(image, surfaces, labels, outline, gravity.up, described)
     return Scene(image, gravity, described, objects, labels)
 
@@ -109,9 +113,8 @@ def find_scene(
 def _gravity(
     given_S: Array | None,
     imu_S: Array | None,
-    support: Plane | None,
+    support: tuple[Plane, float] | None,
     image: SceneImage,
-    surfaces: Surfaces,
 ) -> Gravity:
     """Return the direction to use, and how far the others are from it."""
     sources: list[tuple[GravitySource, Array, float]] = []
@@ -120,8 +123,8 @@ def _gravity(
     if imu_S is not None:
         sources.append((GravitySource.IMU, imu_S, _IMU_DEG))
     if support is not None:
-        uncertainty = direction_uncertainty_deg(support, surfaces)
-        sources.append((GravitySource.SUPPORT, image.R_SC @ support.normal, uncertainty))
+        face, deviation = support
+        sources.append((GravitySource.SUPPORT, image.R_SC @ face.normal, deviation))
     source, direction, uncertainty = sources[0]
     angles = [(angle_deg(direction, other), name) for name, other, _ in sources[1:]]
     if not angles:
@@ -171,7 +174,11 @@ def _check_without_support(
 
 
 def _support(
-    face: Plane, image: SceneImage, surfaces: Surfaces, labels: NDArray[np.int64]
+    face: Plane,
+    uncertainty_deg: float,
+    image: SceneImage,
+    surfaces: Surfaces,
+    labels: NDArray[np.int64],
 ) -> Support:
     """Return a support in the cloud's frame."""
     normal = image.R_SC @ face.normal
@@ -181,6 +188,6 @@ def _support(
     return Support(
         normal,
         face.offset + float(normal @ origin),
-        direction_uncertainty_deg(face, surfaces),
+        uncertainty_deg,
         indices[indices >= 0],
     )

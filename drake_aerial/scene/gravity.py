@@ -14,6 +14,8 @@ from drake_aerial.scene.surfaces import Plane, Surfaces
 _ROLL, _LEAST_PITCH, _CONTRADICTION = 30.0, 5.0, 0.02
 # Planes of one direction agree within this angle [deg].
 _PARALLEL = 8.0
+# Points this far [m] below a plane are below it, whatever the noise.
+_BELOW = 0.05
 # Systematic part of a plane's direction [deg]: the bow of depth images over the field of view.
 _SYSTEMATIC_DEG = 0.3
 
@@ -72,8 +74,10 @@ def up_from_planes(faces: list[Plane], surfaces: Surfaces) -> Array:
 
 def standing(face: Plane, surfaces: Surfaces) -> float:
     """Return the share of the scene's points that are not below a plane."""
-    height = surfaces.points[surfaces.seen] @ face.normal - face.offset
-    return float(np.mean(height > -0.02 - 4.0 * surfaces.tolerance(face.normal)[surfaces.seen]))
+    chosen = slice(None, None, 4)
+    height = surfaces.points[chosen, chosen] @ face.normal - face.offset
+    height = height[surfaces.seen[chosen, chosen]]
+    return float(np.mean(height > -_BELOW))
 
 
 def direction_uncertainty_deg(face: Plane, surfaces: Surfaces) -> float:
@@ -84,6 +88,7 @@ def direction_uncertainty_deg(face: Plane, surfaces: Surfaces) -> float:
     """
     pixels = face.pixels
     rows, columns = np.nonzero(pixels)
+    flat = np.flatnonzero(pixels)
     points = surfaces.points[pixels]
     noise = float(
         np.median(surfaces.depth_noise[pixels] * np.abs(surfaces.slant(face.normal)[pixels]))
@@ -96,12 +101,10 @@ def direction_uncertainty_deg(face: Plane, surfaces: Surfaces) -> float:
     quarters = []
     for above in (True, False):
         for left in (True, False):
-            part = np.zeros_like(pixels)
             inside = ((rows < np.median(rows)) == above) & ((columns < np.median(columns)) == left)
-            part[rows[inside], columns[inside]] = True
-            fitted = surfaces.fit(part)
-            if fitted is not None:
-                quarters.append(angle_deg(fitted.normal, face.normal))
+            normal, _, share = surfaces.fit(flat[inside])
+            if share > 0.0:
+                quarters.append(angle_deg(normal, face.normal))
     # Each quarter is half as wide as the whole: its direction errs at least twice as much.
     systematic = 0.5 * float(np.sqrt(np.mean(np.square(quarters)))) if quarters else 1.0
     return float(np.sqrt(np.rad2deg(statistical) ** 2 + systematic**2 + _SYSTEMATIC_DEG**2))

@@ -20,6 +20,8 @@ from drake_aerial.geometry import Array
 _MIN_FILLED = 0.4
 # Windows off the pixel must fit better than the one around it by this factor of the variance.
 _CENTRE_FAVOUR = 0.6
+# Pixels that share their noise, and the deviations from which a bend is not noise.
+_CORRELATED, _ANGLE_DEVIATIONS = 5.0, 2.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +42,8 @@ class LocalPlanes:
         Standard deviation of `value`.
     perspective : bool
         Whether `value` is an inverse depth.
+    angle_noise : float
+        Standard deviation of the angle between two normals [rad], in perspective at depth 1 m.
     """
 
     rays: Array
@@ -48,6 +52,17 @@ class LocalPlanes:
     normal: Array
     noise: float
     perspective: bool
+    angle_noise: float
+
+    def least_angle(self, angle_deg: float) -> Array:
+        """Return the least angle [rad] between two normals that is an edge, (H, W).
+
+        Far away, where normals are noisy, it is larger than `angle_deg`.
+        """
+        noise = np.full(self.value.shape, self.angle_noise)
+        if self.perspective:
+            noise = noise / np.where(np.isfinite(self.value), self.value, 1.0)
+        return np.sqrt(np.deg2rad(angle_deg) ** 2 + (_ANGLE_DEVIATIONS * noise) ** 2)
 
     def at(self, offset: tuple[int, int]) -> Array:
         """Return the value (H, W) of each pixel's plane at the pixel that is `offset` away."""
@@ -92,16 +107,17 @@ def fit_local_planes(points_C: Array, *, perspective: bool, radius: int) -> Loca
     )
     coefficients, variance = _fits(rays, value, radius)
     best = np.where(np.isfinite(variance), _CENTRE_FAVOUR * variance, np.inf)
-    chosen = coefficients.copy()
+    height, width = value.shape
+    pixel = np.arange(height * width).reshape(height, width)
+    window = pixel.copy()
     step = max(1, radius - 1)
     for rows in (-step, 0, step):
         for columns in (-step, 0, step):
-            if rows == columns == 0:
-                continue
             other = shifted(variance, rows, columns)
             better = other < best
             best[better] = other[better]
-            chosen[better] = shifted(coefficients, rows, columns)[better]
+            window[better] = pixel[better] - rows * width - columns
+    chosen = coefficients.reshape(-1, 3)[window]
     chosen[~np.isfinite(best) | ~np.isfinite(value)] = np.nan
     normal = chosen.copy() if perspective else np.dstack([chosen[..., :2], -np.ones_like(z)])
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
@@ -112,7 +128,12 @@ def fit_local_planes(points_C: Array, *, perspective: bool, radius: int) -> Loca
     normal *= -np.sign(toward)[..., None]
     finite = best[np.isfinite(best)]
     noise = float(np.sqrt(np.median(finite))) if len(finite) else np.inf
-    return LocalPlanes(rays, value, chosen, normal, noise, perspective)
+    step = float(np.nanmedian(np.abs(np.diff(rays[..., 0], axis=1))))
+    width = 2 * radius + 1
+    # The noise of neighbouring depths is not independent.
+    independent = max(width**2 / _CORRELATED, 1.0)
+    slope = noise / (np.sqrt(independent) * max(step, 1e-9) * width / np.sqrt(12.0))
+    return LocalPlanes(rays, value, chosen, normal, noise, perspective, np.sqrt(2.0) * slope)
 
 
 def _fits(rays: Array, value: Array, radius: int) -> tuple[Array, Array]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import heapq
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,8 +18,10 @@ from drake_aerial.scene.surfaces import Surfaces
 Labels = NDArray[np.int64]
 # Pairs of pixels closer than this see the same rim; wider gaps are shadows [pixels].
 _CLOSE = 8.0
-# Parts are one if more than this share of their common rim is neither a jump nor concave.
-_SMOOTH, _LEAST_RIM = 0.5, 8
+# Least number of pixels [and of votes more for than against] by which parts are neighbours.
+_LEAST_RIM, _LEAST_VOTES = 8, 4.0
+# Surfaces jump if their points are farther apart than their pixels by this length [m].
+_APART = 0.02
 # Facing up: cosine of the angle to the vertical.
 _UP, _WALL = 0.75, 0.5
 # A hollow thing's top faces cover at most this share of its footprint.
@@ -112,14 +115,26 @@ def find_contacts(
     normal = planes.normal.reshape(-1, 3)
     points, value = surfaces.points.reshape(-1, 3), planes.value.ravel()
 
-    def deviation(of: Labels, at: Labels) -> Array:
-        """Return how far one pixel's plane, at the other pixel, is from its value."""
-        return (coefficients[of, :2] * rays[at]).sum(axis=1) + coefficients[of, 2] - value[at]
+    def lead(at: Labels) -> Array:
+        """Return how far the own plane is in front of the other's at a pixel."""
+        difference = coefficients[own] - coefficients[other]
+        return towards * ((difference[:, :2] * rays[at]).sum(axis=1) + difference[:, 2])
 
-    limit = JUMP_DEVIATIONS * planes.noise
-    least = np.minimum(np.abs(deviation(own, other)), np.abs(deviation(other, own)))
-    jump = ~(least <= limit)
-    bent = (normal[own] * normal[other]).sum(axis=1) < np.cos(np.deg2rad(parameters.concave_angle))
+    # Along the line from one pixel to the other and half as far beyond, the two planes meet, or
+    # come as close as the noise, where the surface is continuous.
+    towards = 1.0 if planes.perspective else -1.0
+    at_own, at_other = lead(own), lead(other)
+    step = 0.5 * (at_other - at_own)
+    ends = np.stack([at_own - step, at_other + step])
+    least = np.where(np.sign(ends[0]) != np.sign(ends[1]), 0.0, np.abs(ends).min(axis=0))
+    jump = ~(least <= JUMP_DEVIATIONS * planes.noise)
+    # Planes may meet by chance: the points must be as close as their pixels, too.
+    lateral = np.linalg.norm(rays[own] - rays[other], axis=1)
+    if planes.perspective:
+        lateral *= np.minimum(points[own, 2], points[other, 2])
+    jump |= np.linalg.norm(points[own] - points[other], axis=1) > _APART + 3.0 * lateral
+    limit = planes.least_angle(parameters.concave_angle).ravel()[own]
+    bent = (normal[own] * normal[other]).sum(axis=1) < np.cos(limit)
     lean = ((normal[own] - normal[other]) * (points[own] - points[other])).sum(axis=1)
     nearer = points[own, 2] < points[other, 2]
     key = flat[own] * (flat.max() + 1) + flat[other]
@@ -139,16 +154,34 @@ def find_contacts(
     return found
 
 
-def join_smooth(groups: Groups, contacts: dict[tuple[int, int], Contact]) -> None:
-    """Join parts whose common rim is mostly smooth: noise had parted them."""
+def join_convex(groups: Groups, contacts: dict[tuple[int, int], Contact]) -> None:
+    """Join parts that meet in convex edges or smoothly, against those that part them.
+
+    Each pair of pixels across a rim votes: for one object where the surface is convex or smooth,
+    against it where the surface jumps or is concave. Greedy additive edge contraction (Keuper et
+    al., 2015): the two groups with most votes for each other are joined, their votes for others
+    are added, until no pair has more votes for than against. A short leak does not join objects
+    that a long edge parts.
+    """
+    votes: dict[int, dict[int, float]] = {number: {} for number in groups.parts}
     for (first, second), contact in contacts.items():
-        if first not in groups.parts:
+        if first in groups.parts:
+            close = contact.gap <= _CLOSE
+            parted = contact.jump[close] | contact.concave[close]
+            votes[first][second] = votes[second][first] = float((1.0 - 2.0 * parted).sum())
+    queue = [(-weight, *sorted((a, b))) for a in votes for b, weight in votes[a].items() if a < b]
+    heapq.heapify(queue)
+    while queue and queue[0][0] < -_LEAST_VOTES:
+        weight, first, second = heapq.heappop(queue)
+        if votes.get(first, {}).get(second) != -weight:
             continue
-        close = contact.gap <= _CLOSE
-        if np.count_nonzero(close) >= _LEAST_RIM:
-            smooth = ~contact.jump[close] & ~contact.concave[close]
-            if smooth.mean() > _SMOOTH:
-                groups.join(first, second)
+        groups.join(first, second)
+        for other, added in votes.pop(second).items():
+            del votes[other][second]
+            if other != first:
+                total = votes[first].get(other, 0.0) + added
+                votes[first][other] = votes[other][first] = total
+                heapq.heappush(queue, (-total, *sorted((first, other))))
 
 
 def join_hollow(
@@ -164,11 +197,18 @@ def join_hollow(
     changed = True
     while changed:
         changed = False
-        for (first, second), contact in contacts.items():
+        for (first, second), contact in [*contacts.items(), *_across_floors(groups, contacts)]:
             if first not in groups.parts or groups.of(first) == groups.of(second):
                 continue
             walls = groups.part(first), groups.part(second)
             if not _level_rims(*walls) or not _open(walls, p_U_viewer):
+                continue
+            if contact is None:
+                away = [np.linalg.norm(wall.points.mean(axis=0)) for wall in walls]
+                near, far = walls if away[0] < away[1] else walls[::-1]
+                if min(map(_wall_share, walls)) > 0.8 and _same_width(near, far, p_U_viewer):
+                    changed |= groups.join(first, second)
+                    hollow.add(groups.of(first))
                 continue
             beside = np.count_nonzero(~contact.jump & contact.concave & (contact.gap <= _CLOSE))
             if beside >= 0.3 * len(contact.own) and min(map(_wall_share, walls)) > 0.8:
@@ -183,32 +223,34 @@ def join_hollow(
     return {groups.of(number) for number in hollow}
 
 
-def join_floors(
-    groups: Groups,
-    labels: Labels,
-    hollow: set[int],
-    contacts: dict[tuple[int, int], Contact],
-    islands: dict[int, Part],
-) -> list[tuple[int, int]]:
-    """Join what lies inside hollow groups: their floors and their inner walls' pieces.
+def _across_floors(
+    groups: Groups, contacts: dict[tuple[int, int], Contact]
+) -> list[tuple[tuple[int, int], None]]:
+    """Return pairs of groups that both have a rim in common with a low, flat part."""
+    beside: dict[int, set[int]] = {}
+    for first, second in contacts:
+        if first in groups.parts:
+            beside.setdefault(first, set()).add(groups.of(second))
+            beside.setdefault(second, set()).add(groups.of(first))
+    found = set()
+    for number, around in beside.items():
+        if np.mean(groups.parts[number].normals[:, 2] > _UP) > 0.6:
+            around = sorted(around - {groups.of(number)})
+            found |= {(a, b) for k, a in enumerate(around) for b in around[k + 1 :]}
+    return [(pair, None) for pair in sorted(found)]
 
-    Returns pairs of an island of the support and the hollow group around it.
-    """
-    found = []
-    for head in hollow:
-        whole = groups.part(head)
-        rim = np.percentile(whole.height, 95)
-        for number, part in [*groups.parts.items(), *islands.items()]:
-            if number in groups.parts and groups.of(number) == groups.of(head):
+
+def join_floors(groups: Groups, hollow: set[int]) -> None:
+    """Join the floors that lie inside hollow groups, below their rims."""
+    for head in sorted(hollow):
+        for number, part in groups.parts.items():
+            if groups.of(number) == groups.of(head):
                 continue
-            flat = np.mean(part.normals[:, 2] > _UP) > 0.6 or number in islands
-            low = np.percentile(part.height, 95) < rim - 0.01
+            whole = groups.part(head)
+            low = np.percentile(part.height, 95) < np.percentile(whole.height, 95) - _LEVEL
+            flat = np.mean(part.normals[:, 2] > _UP) > 0.6
             if flat and low and inside_share(part.points, whole.points) > _INSIDE:
-                if number in groups.parts:
-                    groups.join(head, number)
-                else:
-                    found.append((number, groups.of(head)))
-    return found
+                groups.join(head, number)
 
 
 def _level_rims(first: Part, second: Part) -> bool:

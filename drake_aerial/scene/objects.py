@@ -10,9 +10,9 @@ from drake_aerial.scene.hidden_parts import join_behind_occluders, join_floating
 from drake_aerial.scene.merging import (
     Groups,
     find_contacts,
+    join_convex,
     join_floors,
     join_hollow,
-    join_smooth,
 )
 from drake_aerial.scene.parameters import SceneParameters
 from drake_aerial.scene.parts import Ground, find_parts, part_of
@@ -25,6 +25,8 @@ Labels = NDArray[np.int64]
 # Left-over pixels take the label of a neighbour at most this far away [pixels], if their depths
 # differ by at most this length [m].
 _GROW, _GROW_DEPTH = 6.0, 0.03
+# Islands of the support have at least this many pixels, and less than this share of the largest.
+_ISLAND, _MAIN = 20, 0.1
 # Objects have at least this share of their pixels over a support.
 _OVER = 0.5
 
@@ -34,32 +36,55 @@ def find_labels(
 ) -> Labels:
     """Return the labels (H, W): 0 nothing, 1 support, 2 and up objects, the largest first."""
     labels = find_parts(surfaces, ground)
-    numbers = range(FIRST_OBJECT, int(labels.max()) + 1)
-    order = np.argsort(labels.ravel(), kind="stable")
-    starts = np.searchsorted(labels.ravel()[order], np.arange(labels.max() + 2))
-    groups = Groups(
-        {n: part_of(order[starts[n] : starts[n + 1]], surfaces, ground, R_UC) for n in numbers}
-    )
+    islands = _islands(ground)
+    labels = np.where(islands > 0, labels.max() + islands, labels)
+    groups = _groups(labels, surfaces, ground, R_UC)
+    join_convex(groups, find_contacts(labels, surfaces, parameters))
+    labels = _joined(labels, groups)
+    groups = _groups(labels, surfaces, ground, R_UC)
     contacts = find_contacts(labels, surfaces, parameters)
     viewer = None if image.viewpoint is None else np.zeros(3)
-    join_smooth(groups, contacts)
     join_strips(groups, contacts, surfaces)
     hollow = join_hollow(groups, contacts, viewer)
-    islands = connected_regions(ground.support, 20)
-    pieces = {
-        -k: part_of(np.flatnonzero(islands == k), surfaces, ground, R_UC)
-        for k in range(2, int(islands.max(initial=0)) + 1)
-    }
-    for island, head in join_floors(groups, labels, hollow, contacts, pieces):
-        labels.ravel()[pieces[island].pixels] = head
+    join_floors(groups, hollow)
     join_floating(groups, contacts, image, surfaces, R_UC)
     join_behind_occluders(groups, contacts, image, surfaces, R_UC)
-    head_of = np.arange(labels.max() + 1)
-    for number in numbers:
-        head_of[number] = groups.of(number)
-    labels = head_of[labels]
+    labels = _joined(labels, groups)
+    # Islands of the support that belong to no object are support again.
+    own = islands > 0
+    alone = np.setdiff1d(np.unique(labels[own]), np.unique(labels[~own]))
+    labels[own & np.isin(labels, alone)] = SUPPORT
     grown = _grow(labels, surfaces, ground)
     return _numbered(grown, ground, parameters)
+
+
+def _islands(ground: Ground) -> Labels:
+    """Return small regions of the support (H, W), numbered from 1: a bowl's floor may be one."""
+    regions = connected_regions(ground.support, _ISLAND)
+    size = np.bincount(regions.ravel())
+    size[0] = 0
+    small = size < _MAIN * size.max()
+    small[0] = False
+    return (np.cumsum(small) * small)[regions]
+
+
+def _groups(labels: Labels, surfaces: Surfaces, ground: Ground, R_UC: Array) -> Groups:
+    """Return the parts of the labels (H, W), each as a group of its own."""
+    flat = labels.ravel()
+    order = np.argsort(flat, kind="stable")
+    order = order[np.searchsorted(flat[order], FIRST_OBJECT) :]
+    runs = np.split(order, np.flatnonzero(np.diff(flat[order])) + 1)
+    return Groups(
+        {int(flat[run[0]]): part_of(run, surfaces, ground, R_UC) for run in runs if len(run)}
+    )
+
+
+def _joined(labels: Labels, groups: Groups) -> Labels:
+    """Return the labels with those of each group made one."""
+    head_of = np.arange(labels.max() + 1)
+    for number in groups.parts:
+        head_of[number] = groups.of(number)
+    return head_of[labels]
 
 
 def _grow(labels: Labels, surfaces: Surfaces, ground: Ground) -> Labels:

@@ -20,7 +20,7 @@ from drake_aerial.scene.surfaces import Plane, Surfaces
 Mask = NDArray[np.bool_]
 Labels = NDArray[np.int64]
 # Smaller regions are left to their neighbours.
-_LEAST_PIXELS = 30
+_LEAST_PIXELS = 15
 # Things may stick out over a support's hull by this length [m].
 _OVERHANG = 0.05
 # Points of steeper surfaces [cosine] beside a support belong to what stands on it.
@@ -105,7 +105,8 @@ def find_parts(surfaces: Surfaces, ground: Ground) -> Labels:
     """Return the parts' labels (H, W): 0 nothing, 1 support, 2 and up the parts."""
     creases = surfaces.creases
     whole = ground.candidates & np.isfinite(surfaces.planes.normal[..., 0])
-    regions = connected_regions(whole & ~creases.jump & ~creases.concave, _LEAST_PIXELS)
+    smooth = whole & ~creases.jump & ~creases.concave & ~creases.convex
+    regions = connected_regions(smooth, _LEAST_PIXELS)
     labels = np.where(regions > 0, regions + SUPPORT, 0)
     labels[ground.support] = SUPPORT
     return labels

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_aerial.geometry import Array
+from drake_aerial.geometry import Array, perpendicular
 from drake_aerial.scene.gravity import angle_deg
 from drake_aerial.scene.regions import connected_regions, find_rims, nearest_labelled
 from drake_aerial.scene.surfaces import Plane, Surfaces
@@ -21,6 +21,8 @@ _LEVEL_HEIGHT, _WALLED = 0.15, 0.3
 # Things stand on a plane if at least this share of the scene's points are above it, within its
 # hull.
 _LEAST_ABOVE = 0.001
+# Cells along the longer side of the grid on which hulls are drawn.
+_GRID = 500
 
 
 def find_supports(
@@ -76,31 +78,33 @@ def above(face: Plane, surfaces: Surfaces, least_height: float) -> Mask:
 def over(face: Plane, surfaces: Surfaces, margin: float = 0.0) -> Mask:
     """Return the pixels (H, W) whose points are over the hull of a plane's points.
 
-    The hull is widened by `margin` [m].
+    The hull is widened by `margin` [m]. It is drawn on a grid, from which the pixels are read.
     """
+    import cv2
+
     hull, frame = footprint_hull(face, surfaces)
-    flat = np.nan_to_num(surfaces.points @ frame.T)
-    inside = np.ones(flat.shape[:2], dtype=bool)
-    for start, end in zip(hull, np.roll(hull, -1, axis=0), strict=True):
-        edge = end - start
-        length = np.linalg.norm(edge)
-        if length > 0.0:
-            side = edge[0] * (flat[..., 1] - start[1]) - edge[1] * (flat[..., 0] - start[0])
-            inside &= side >= -margin * length
-    return inside & surfaces.seen
+    lower, size = hull.min(axis=0) - max(margin, 0.0), np.ptp(hull, axis=0) + 2.0 * max(margin, 0.0)
+    scale = _GRID / float(size.max())
+    grid = np.zeros((_GRID + 3, _GRID + 3), dtype=np.uint8)
+    cv2.fillConvexPoly(grid, np.rint((hull - lower) * scale + 1.0).astype(np.int32), 1)
+    if margin:
+        edge = cv2.distanceTransform(1 - grid if margin > 0.0 else grid, cv2.DIST_L2, 5)
+        grid = (edge <= margin * scale if margin > 0.0 else edge > -margin * scale).astype(np.uint8)
+    cell = (surfaces.points @ frame.T - lower) * scale + 1.0
+    inside = ((cell >= 0.0) & (cell <= _GRID + 2.0)).all(axis=-1)
+    column, row = np.moveaxis(np.where(inside[..., None], cell, 0.0).astype(np.int64), -1, 0)
+    return inside & (grid[row, column] > 0)
 
 
 def footprint_hull(face: Plane, surfaces: Surfaces) -> tuple[Array, Array]:
     """Return the convex hull (K, 2) [m] of a plane's points, and the axes (2, 3) in the plane."""
     import cv2
 
-    x = np.cross(face.normal, [1.0, 0.0, 0.0] if abs(face.normal[0]) < 0.9 else [0.0, 1.0, 0.0])
-    x /= np.linalg.norm(x)
+    x = perpendicular(face.normal)
     frame = np.stack([x, np.cross(face.normal, x)])
-    flat = (surfaces.points[face.pixels] @ frame.T).astype(np.float32)
-    hull = cv2.convexHull(flat)
-    coarse = cv2.approxPolyDP(hull, 0.003 * float(np.ptp(flat, axis=0).max()), closed=True)
-    return coarse[:, 0].astype(np.float64), frame
+    points = surfaces.points[face.pixels]
+    flat = (points[:: max(1, len(points) // 30000)] @ frame.T).astype(np.float32)
+    return np.asarray(cv2.convexHull(flat), dtype=np.float64)[:, 0], frame
 
 
 def _has_walls(face: Plane, surfaces: Surfaces) -> bool:

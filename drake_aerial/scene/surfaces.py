@@ -20,6 +20,10 @@ Mask = NDArray[np.bool_]
 _DEVIATIONS, _BOW = 4.0, 0.003
 # A face's points have normals within this angle [deg] of its normal.
 _FACE_ANGLE = 20.0
+# Faces that are looked for, and points through which a plane is fitted.
+_MOST_FACES, _FITTED = 30, 20000
+# Angle of a pixel [rad] of a usual depth camera of 640 x 480 pixels, and allowed radii [pixels].
+_PIXEL, _RADII = 1.0 / 525.0, (3, 8)
 # Regions are planar if this share of their points are on one plane.
 _PLANAR = 0.7
 
@@ -65,9 +69,8 @@ class Surfaces:
     def of_image(cls, image: SceneImage, parameters: SceneParameters) -> Surfaces:
         """Return the surfaces of an image."""
         perspective = image.viewpoint is not None
-        planes = fit_local_planes(
-            image.points_C, perspective=perspective, radius=parameters.window_radius
-        )
+        radius = _radius(image, parameters.window_radius)
+        planes = fit_local_planes(image.points_C, perspective=perspective, radius=radius)
         value = planes.at((0, 0))
         z = 1.0 / value if perspective else value
         flat = planes.rays * z[..., None] if perspective else planes.rays
@@ -109,32 +112,41 @@ class Surfaces:
         creases = self.creases
         smooth = self.seen & ~creases.jump & ~creases.concave & ~creases.convex
         least = max(50, int(least_share * np.count_nonzero(self.seen)))
-        regions = connected_regions(smooth, least)
+        regions = connected_regions(smooth, least).ravel()
+        order = np.argsort(regions, kind="stable")
+        order = order[np.searchsorted(regions[order], 1) :]
         found: list[Plane] = []
-        for number in range(1, int(regions.max(initial=0)) + 1):
-            region = regions == number
-            if any(np.mean(plane.pixels[region]) > 0.5 for plane in found):
+        for region in np.split(order, np.flatnonzero(np.diff(regions[order])) + 1)[:_MOST_FACES]:
+            if len(region) == 0 or any(p.pixels.ravel()[region].mean() > 0.5 for p in found):
                 continue
-            plane = self.fit(region)
-            if plane is None or np.mean(plane.pixels[region]) < _PLANAR:
+            normal, offset, share = self.fit(region)
+            if share < _PLANAR:
                 continue
-            wider = self.fit(plane.pixels)
-            found.append(wider or plane)
+            wider = np.flatnonzero(self.on_plane(normal, offset))
+            normal, offset, _ = self.fit(wider if len(wider) else region)
+            found.append(Plane(normal, offset, self.on_plane(normal, offset)))
         return sorted(found, key=lambda plane: -np.count_nonzero(plane.pixels))
 
-    def fit(self, region: Mask) -> Plane | None:
-        """Return the plane through most points of a region (H, W), None if there is none."""
-        pixels = region & self.seen
-        plane = None
+    def fit(self, pixels: NDArray[np.int64]) -> tuple[Array, float, float]:
+        """Return the plane through most points of flat pixels (N,): normal, offset, their share."""
+        chosen = pixels[:: max(1, len(pixels) // _FITTED)]
+        points = self.points.reshape(-1, 3)[chosen]
+        noise = self.depth_noise.ravel()[chosen]
+        known = np.isfinite(points[:, 0])
+        points, noise = points[known], noise[known]
+        inside = np.ones(len(points), dtype=bool)
+        normal, offset, share = np.array([0.0, 0.0, -1.0]), 0.0, 0.0
         for _ in range(3):
-            if np.count_nonzero(pixels) < 20:
-                return None
-            normal, offset = _least_squares(self.points[pixels], self.depth_noise[pixels])
-            if normal[2] > 0.0 if not self.planes.perspective else offset > 0.0:
+            if np.count_nonzero(inside) < 10:
+                return normal, offset, 0.0
+            normal, offset = _least_squares(points[inside], noise[inside])
+            if offset > 0.0 if self.planes.perspective else normal[2] > 0.0:
                 normal, offset = -normal, -offset
-            plane = Plane(normal, offset, self.on_plane(normal, offset))
-            pixels = plane.pixels & region
-        return plane
+            ray = points / points[:, 2:] if self.planes.perspective else np.array([0.0, 0.0, 1.0])
+            limit = _BOW + _DEVIATIONS * noise * np.abs(ray @ normal)
+            inside = np.abs(points @ normal - offset) < limit
+            share = float(inside.mean())
+        return normal, offset, share
 
     def on_plane(self, normal: Array, offset: float) -> Mask:
         """Return whether points lie on a plane and have its normal, (H, W)."""
@@ -143,6 +155,15 @@ class Surfaces:
         aligned = ~(self.planes.normal @ normal < np.cos(np.deg2rad(_FACE_ANGLE)))
         # Close to the plane, a single normal may be wrong.
         return self.seen & (height < tolerance) & (aligned | (height < 0.3 * tolerance))
+
+
+def _radius(image: SceneImage, at_640: int) -> int:
+    """Return the windows' radius [pixels], for the angle that it is in a 640 pixel wide image."""
+    if image.viewpoint is None:
+        return _RADII[0]
+    x = image.points_C[..., 0] / image.points_C[..., 2]
+    step = float(np.nanmedian(np.diff(x[:: max(1, len(x) // 20)], axis=1)))
+    return int(np.clip(round(at_640 * _PIXEL / max(step, 1e-9)), *_RADII))
 
 
 def _least_squares(points: Array, noise: Array) -> tuple[Array, float]:
