@@ -63,7 +63,8 @@ def find_creases(planes: LocalPlanes, smooth_C: Array, angle: float) -> Creases:
             side |= parted
         cosine = sum(np.multiply(*_pair(normal, axis, 2 * _REACH)) for normal in normals)
         lean = sum(
-            np.subtract(*_pair(normal, axis, 2 * _REACH)) * np.subtract(*_pair(point, axis, 2 * _REACH))
+            np.subtract(*_pair(normal, axis, 2 * _REACH))
+            * np.subtract(*_pair(point, axis, 2 * _REACH))
             for normal, point in zip(normals, points, strict=True)
         )
         bent = cosine < _middle(most_cosine, axis)

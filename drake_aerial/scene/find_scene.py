@@ -21,7 +21,7 @@ from drake_aerial.scene.parts import find_ground
 from drake_aerial.scene.scene import FIRST_OBJECT, Gravity, GravitySource, Scene, Support
 from drake_aerial.scene.scene_image import SceneImage
 from drake_aerial.scene.scene_objects import describe_objects, one_object, point_labels
-from drake_aerial.scene.supports import find_supports
+from drake_aerial.scene.supports import find_supports, find_walls
 from drake_aerial.scene.surfaces import Plane, Surfaces
 
 # Planar faces have at least this share of the scene's points.
@@ -93,7 +93,8 @@ def find_scene(
     gravity = _gravity(given_S, imu_S, (supports[0], uncertain[0]), image)
     up_C = image.R_SC.T @ gravity.up
     R_UC = matrix_from_quat(quat_from_two_vectors(up_C, np.array([0.0, 0.0, 1.0])))
-    ground = find_ground(supports, surfaces)
+    walls = find_walls(faces, supports[0], surfaces)
+    ground = find_ground(supports, walls, surfaces)
     on_pixels = find_labels(image, surfaces, ground, R_UC, parameters)
     if on_pixels.max() < FIRST_OBJECT:
         raise InputError(

@@ -128,11 +128,11 @@ def fit_local_planes(points_C: Array, *, perspective: bool, radius: int) -> Loca
     normal *= -np.sign(toward)[..., None]
     finite = best[np.isfinite(best)]
     noise = float(np.sqrt(np.median(finite))) if len(finite) else np.inf
-    step = float(np.nanmedian(np.abs(np.diff(rays[..., 0], axis=1))))
-    width = 2 * radius + 1
+    pitch = float(np.nanmedian(np.abs(np.diff(rays[..., 0], axis=1))))
+    across = 2 * radius + 1
     # The noise of neighbouring depths is not independent.
-    independent = max(width**2 / _CORRELATED, 1.0)
-    slope = noise / (np.sqrt(independent) * max(step, 1e-9) * width / np.sqrt(12.0))
+    independent = max(across**2 / _CORRELATED, 1.0)
+    slope = noise / (np.sqrt(independent) * max(pitch, 1e-9) * across / np.sqrt(12.0))
     return LocalPlanes(rays, value, chosen, normal, noise, perspective, np.sqrt(2.0) * slope)
 
 

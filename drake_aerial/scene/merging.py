@@ -113,7 +113,7 @@ def find_contacts(
     rays = planes.rays.reshape(-1, 2)
     coefficients = planes.coefficients.reshape(-1, 3)
     normal = planes.normal.reshape(-1, 3)
-    points, value = surfaces.points.reshape(-1, 3), planes.value.ravel()
+    points = surfaces.points.reshape(-1, 3)
 
     def lead(at: Labels) -> Array:
         """Return how far the own plane is in front of the other's at a pixel."""
@@ -172,14 +172,14 @@ def join_convex(groups: Groups, contacts: dict[tuple[int, int], Contact]) -> Non
     queue = [(-weight, *sorted((a, b))) for a in votes for b, weight in votes[a].items() if a < b]
     heapq.heapify(queue)
     while queue and queue[0][0] < -_LEAST_VOTES:
-        weight, first, second = heapq.heappop(queue)
-        if votes.get(first, {}).get(second) != -weight:
+        cost, first, second = heapq.heappop(queue)
+        if votes.get(first, {}).get(second) != -cost:
             continue
         groups.join(first, second)
-        for other, added in votes.pop(second).items():
+        for other, weight in votes.pop(second).items():
             del votes[other][second]
             if other != first:
-                total = votes[first].get(other, 0.0) + added
+                total = votes[first].get(other, 0.0) + weight
                 votes[first][other] = votes[other][first] = total
                 heapq.heappush(queue, (-total, *sorted((first, other))))
 
@@ -235,8 +235,8 @@ def _across_floors(
     found = set()
     for number, around in beside.items():
         if np.mean(groups.parts[number].normals[:, 2] > _UP) > 0.6:
-            around = sorted(around - {groups.of(number)})
-            found |= {(a, b) for k, a in enumerate(around) for b in around[k + 1 :]}
+            heads = sorted(around - {groups.of(number)})
+            found |= {(a, b) for k, a in enumerate(heads) for b in heads[k + 1 :]}
     return [(pair, None) for pair in sorted(found)]
 
 

@@ -76,8 +76,8 @@ class Ground:
     over: Mask
 
 
-def find_ground(supports: list[Plane], surfaces: Surfaces) -> Ground:
-    """Return the pixels of the supports and the heights above them."""
+def find_ground(supports: list[Plane], walls: Mask, surfaces: Surfaces) -> Ground:
+    """Return the pixels of the supports and the heights above them, without those of walls."""
     shape = surfaces.seen.shape
     on, above, under = (np.zeros(shape, dtype=bool) for _ in range(3))
     low_to_high = sorted(
@@ -97,7 +97,7 @@ def find_ground(supports: list[Plane], surfaces: Surfaces) -> Ground:
         above = (above | over_face) & ~on_face
         # What is below a raised support carries it, or is its side.
         under = (under & ~higher) | (over_face & (own < -tolerance))
-    candidates = surfaces.seen & ~on & ~under & (height > 0.0)
+    candidates = surfaces.seen & ~on & ~under & ~walls & (height > 0.0)
     return Ground(on, height, candidates, above & ~under)
 
 

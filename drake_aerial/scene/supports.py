@@ -21,6 +21,8 @@ _LEVEL_HEIGHT, _WALLED = 0.15, 0.3
 # Things stand on a plane if at least this share of the scene's points are above it, within its
 # hull.
 _LEAST_ABOVE = 0.001
+# Walls are at least this wide [m] and half as high; what is this far [m] beyond them is behind.
+_WALL_SIZE, _BEHIND = 0.8, 0.04
 # Cells along the longer side of the grid on which hulls are drawn.
 _GRID = 500
 
@@ -66,6 +68,36 @@ def find_supports(
             continue
         found.append(face)
     return sorted(found, key=lambda face: -np.count_nonzero(face.pixels))
+
+
+def find_walls(faces: list[Plane], support: Plane, surfaces: Surfaces) -> Mask:
+    """Return the pixels (H, W) of walls: nothing is behind them, and the image's border cuts them.
+
+    A wall is upright, higher than `_WALL_SIZE` above the support and wider than that.
+    """
+    walls = np.zeros(surfaces.seen.shape, dtype=bool)
+    chosen = slice(None, None, 4)
+    points, seen = surfaces.points[chosen, chosen], surfaces.seen[chosen, chosen]
+    height = points @ support.normal - support.offset
+    for face in faces:
+        if abs(face.normal @ support.normal) > np.sin(np.deg2rad(_LEVEL)):
+            continue
+        pixels = face.pixels[chosen, chosen]
+        distance = points @ face.normal - face.offset
+        behind = seen & (distance < -_BEHIND) & (height > -_BEHIND)
+        along = points[pixels] @ np.cross(face.normal, support.normal)
+        border = np.concatenate([face.pixels[0], face.pixels[:, 0], face.pixels[:, -1]])
+        if (
+            np.count_nonzero(behind) < 0.01 * np.count_nonzero(seen)
+            and len(along) > 0
+            and np.ptp(np.percentile(along, [2, 98])) > _WALL_SIZE
+            and np.percentile(height[pixels], 98) > 0.5 * _WALL_SIZE
+            and np.count_nonzero(border) > 0
+        ):
+            tolerance = _BEHIND + surfaces.tolerance(face.normal)
+            near = np.abs(surfaces.points @ face.normal - face.offset) < tolerance
+            walls |= near & (surfaces.points @ support.normal - support.offset > 0.0)
+    return walls
 
 
 def above(face: Plane, surfaces: Surfaces, least_height: float) -> Mask:

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Are the objects of labelled depth images found, and are contacts on them the right ones?
+"""Share of the objects of labelled depth images that are found, and contacts on them.
 
-DIR holds pairs `NAME_depth.png` (16 bit, millimetres) and `NAME_labels.png` (8 bit: 0 nothing, 1-9 a
-support, 20-29 the parts of the first object, 30-39 of the second, ...), as converted from the Object
-Segmentation Database (Richtsfeld et al., 2012). Settings were chosen on images with even numbers;
-the table is for odd ones. An object counts if it has at least 300 labelled pixels. It is found if
-one found object has an intersection over union of more than 0.75 with it.
+DIR holds pairs `NAME_depth.png` (16 bit, millimetres) and `NAME_labels.png` (8 bit: 0 nothing, 1-9
+a support, 20-29 the parts of the first object, 30-39 of the second, ...), as converted from the
+Object Segmentation Database (Richtsfeld et al., 2012). Settings were chosen on images with even
+numbers; the table is for odd ones. An object counts if it has at least 300 labelled pixels. It is
+found if one found object has an intersection over union of more than 0.75 with it.
 
 Contacts: the skill `flat` is transferred to the found object and to the labelled pixels alone. The
 two best contacts agree if they are within 1 cm or 5 % of the object's largest side. A missed or
