@@ -169,7 +169,7 @@ def join_convex(groups: Groups, contacts: dict[tuple[int, int], Contact]) -> Non
             close = contact.gap <= _CLOSE
             parted = contact.jump[close] | contact.concave[close]
             votes[first][second] = votes[second][first] = float((1.0 - 2.0 * parted).sum())
-    queue = [(-weight, *sorted((a, b))) for a in votes for b, weight in votes[a].items() if a < b]
+    queue = [(-weight, a, b) for a in votes for b, weight in votes[a].items() if a < b]
     heapq.heapify(queue)
     while queue and queue[0][0] < -_LEAST_VOTES:
         cost, first, second = heapq.heappop(queue)
@@ -181,7 +181,7 @@ def join_convex(groups: Groups, contacts: dict[tuple[int, int], Contact]) -> Non
             if other != first:
                 total = votes[first].get(other, 0.0) + weight
                 votes[first][other] = votes[other][first] = total
-                heapq.heappush(queue, (-total, *sorted((first, other))))
+                heapq.heappush(queue, (-total, min(first, other), max(first, other)))
 
 
 def join_hollow(

@@ -171,4 +171,14 @@ def _is_wider(face: Plane, carries: Mask, surfaces: Surfaces) -> bool:
     things = connected_regions(carries, 30)
     count = np.bincount(things.ravel())
     within = np.bincount(things.ravel(), weights=inner.ravel())
-    return bool((within[1:] > 0.98 * count[1:]).any())
+    at_border = np.zeros(len(count), dtype=bool)
+    if surfaces.has_border and _border(face.pixels).any():
+        # The image's border cuts the plane and these things alike.
+        at_border[_border(things)] = True
+    least = np.where(at_border, 0.5, 0.98)
+    return bool((within[1:] > least[1:] * count[1:]).any())
+
+
+def _border(image: NDArray) -> NDArray:
+    """Return the values of an image (H, W) along its border."""
+    return np.concatenate([image[0], image[-1], image[:, 0], image[:, -1]])

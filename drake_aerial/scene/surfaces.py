@@ -59,11 +59,14 @@ class Surfaces:
         The plane around each pixel.
     creases : Creases
         Jumps and edges.
+    has_border : bool
+        Whether the image ends at a camera's border, not with the cloud.
     """
 
     points: Array
     planes: LocalPlanes
     creases: Creases
+    has_border: bool
 
     @classmethod
     def of_image(cls, image: SceneImage, parameters: SceneParameters) -> Surfaces:
@@ -75,7 +78,7 @@ class Surfaces:
         z = 1.0 / value if perspective else value
         flat = planes.rays * z[..., None] if perspective else planes.rays
         creases = find_creases(planes, np.dstack([flat, z]), parameters.concave_angle)
-        return cls(image.points_C, planes, creases)
+        return cls(image.points_C, planes, creases, image.camera is not None)
 
     @cached_property
     def seen(self) -> Mask:
