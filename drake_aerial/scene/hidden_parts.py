@@ -27,6 +27,8 @@ _SHORT_RIM, _NARROW_GAP = 16, 6.0
 _FLOATING = 0.02
 # A part hangs on the thing that is nearest, at most this far away [m].
 _HANGS = 0.04
+# Parts that hang on a thing, such as handles, have less than this share of its pixels.
+_SMALL = 0.2
 
 
 def join_behind_occluders(
@@ -152,7 +154,7 @@ def join_floating(
         part, best, least = groups.part(head), None, _HANGS
         for other in {groups.of(number) for number in groups.parts} - {head}:
             whole = groups.part(other)
-            if len(whole.pixels) > len(part.pixels):
+            if len(part.pixels) < _SMALL * len(whole.pixels):
                 gap = float(np.percentile(cKDTree(whole.points).query(part.points)[0], 2))
                 if gap < least:
                     best, least = other, gap
