@@ -19,6 +19,9 @@ from .control.controller_parameters import (
 from .control.geometric import GeometricController
 from .control.mpc.payload_mpc import PayloadMpc
 from .demo import run_demo
+from .dynamics.path_check import PathCheck, check_path
+from .dynamics.path_limits import CarriedPayload, PathLimits
+from .dynamics.retiming import retime
 from .errors import DrakeAerialError, InputError, JobError
 from .estimation.disturbance_observer import DisturbanceObserver
 from .estimation.mass_identification import identify_payload
@@ -46,6 +49,7 @@ from .scene.depth_image import read_depth_image
 from .simulation.diagram_picture import write_diagram_picture
 from .simulation.flight import Flight
 from .simulation.flight_options import FlightOptions
+from .simulation.path_preparation import carried_payload
 from .simulation.recorded_motion import recorded_motion
 from .simulation.station import make_transport_station
 from .simulation.station_parameters import StationParameters
@@ -66,6 +70,7 @@ __version__: str
 __all__ = [
     "AttitudeController",
     "CableParameters",
+    "CarriedPayload",
     "Condition",
     "ContactProgram",
     "ContactSkill",
@@ -89,6 +94,8 @@ __all__ = [
     "LineTrajectory",
     "MpcParameters",
     "MpcWeights",
+    "PathCheck",
+    "PathLimits",
     "Payload",
     "PayloadController",
     "PayloadMpc",
@@ -112,6 +119,8 @@ __all__ = [
     "add_payload",
     "add_plant",
     "add_quadrotor",
+    "carried_payload",
+    "check_path",
     "compute_features",
     "connect_cables",
     "connect_propellers",
@@ -129,6 +138,7 @@ __all__ = [
     "read_skill",
     "recorded_motion",
     "refine",
+    "retime",
     "run_demo",
     "run_study",
     "transfer",

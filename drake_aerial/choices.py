@@ -23,3 +23,6 @@ CONTROLLERS: tuple[ControllerKind, ...] = get_args(ControllerKind)
 CableKind = Literal["inextensible", "elastic"]
 CABLES: tuple[CableKind, ...] = get_args(CableKind)
 """Kinds of cables."""
+Retiming = Literal["slower", "fastest"]
+RETIMINGS: tuple[Retiming, ...] = get_args(Retiming)
+"""Ways to change the timing of a path before take-off."""

@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drake_aerial.choices import BELIEFS, CABLES, CONTROLLERS
+from drake_aerial.choices import BELIEFS, CABLES, CONTROLLERS, RETIMINGS
 from drake_aerial.cli.arguments import add_json, add_live, add_seed, live_is_wanted, whole_number
 from drake_aerial.cli.output import print_result, progress_bar, say, say_assumptions
 from drake_aerial.errors import InputError
@@ -23,8 +23,8 @@ def add_command(commands: argparse._SubParsersAction) -> None:
         help="fly one of the solutions of a transfer",
         description="Fly one of the solutions of a transfer. Infeasible set-ups are rejected "
         "before the simulation, with the reason: exit code 1 if the contacts are marked "
-        "infeasible, taut cables cannot hold the payload or a quadrotor's share is too large; 2 if "
-        "the team cannot lift the payload.",
+        "infeasible, taut cables cannot hold the payload, a quadrotor's share is too large or the "
+        "path is impossible; 2 if the team cannot lift the payload.",
     )
     command.add_argument(
         "contacts", type=Path, metavar="contacts.json", help="file that `transfer` wrote"
@@ -79,11 +79,21 @@ def add_command(commands: argparse._SubParsersAction) -> None:
         metavar="NAME|FILE",
         help="transport, hover, line, waypoints, or a YAML file (default: transport)",
     )
+    command.add_argument(
+        "--retime",
+        nargs="?",
+        choices=RETIMINGS,
+        const="slower",
+        metavar="MODE",
+        help="slower: impossible parts of the path take as long as they need (the default of this "
+        "option); fastest: fly the path as fast as the limits permit",
+    )
     _add_station(command)
     command.add_argument(
         "--force",
         action="store_true",
-        help="fly although the contacts are infeasible or the payload is too heavy",
+        help="fly although the contacts are infeasible, the payload is too heavy, or the path is "
+        "impossible",
     )
     command.add_argument(
         "--graphviz",
@@ -139,6 +149,7 @@ def run(arguments: argparse.Namespace) -> int:
             controller=read_controller(arguments.controller),
             trajectory=arguments.trajectory,
             parameters=parameters,
+            retime=arguments.retime,
             force=arguments.force,
         )
         if arguments.graphviz:

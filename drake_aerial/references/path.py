@@ -5,7 +5,7 @@ acceleration, jerk, snap.
 """
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -129,7 +129,23 @@ class Arc:
         return np.array(self.centre) + self.radius * np.array([np.cos(last), np.sin(last), 0.0])
 
 
-Segment = Line | Arc
+class Segment(Protocol):
+    """Part of a path: `Line`, `Arc`, or a class of your own with these members."""
+
+    @property
+    def phase(self) -> str:
+        """Name of the phase that it belongs to."""
+
+    @property
+    def duration(self) -> float:
+        """Time that it takes [s]."""
+
+    def derivatives(self, t: Array) -> Array:
+        """Return the derivative stack (5, B, 3) [m, s] at times t (B,) in [0, duration]."""
+
+    @property
+    def end(self) -> Array:
+        """Last point (3,) [m]."""
 
 
 def take_off(

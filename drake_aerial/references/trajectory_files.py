@@ -7,6 +7,7 @@ from typing import Any
 
 from drake_aerial.errors import InputError
 from drake_aerial.io.strict_yaml import check_keys, nearest, read_mapping
+from drake_aerial.references.retimed import RetimedTrajectory, SplineLaw
 from drake_aerial.references.trajectory import (
     HoverTrajectory,
     LineTrajectory,
@@ -67,6 +68,10 @@ def trajectory_from_dict(content: Any) -> Trajectory:
         )
     parameters = dict(content)
     kind = parameters.pop("kind", None)
+    if kind == RetimedTrajectory.name:
+        check_keys(parameters, required=["base", "laws"], optional=["start", "yaw"])
+        parameters["base"] = trajectory_from_dict(parameters["base"])
+        return RetimedTrajectory(**parameters)
     if not isinstance(kind, str) or kind not in TRAJECTORIES:
         given = "no kind" if kind is None else f"{kind!r}{nearest(kind, TRAJECTORIES)}"
         raise InputError(f"`kind` must be one of {', '.join(TRAJECTORIES)}, got {given}")
@@ -79,6 +84,10 @@ def trajectory_to_dict(trajectory: Trajectory) -> dict[str, Any]:
     """Return a trajectory as a mapping for `trajectory_from_dict`, with tuples as lists."""
 
     def plain(value: Any) -> Any:
+        if isinstance(value, Trajectory):
+            return trajectory_to_dict(value)
+        if isinstance(value, SplineLaw):
+            return {"spacing": value.spacing, "points": list(value.points)}
         return [plain(v) for v in value] if isinstance(value, tuple) else value
 
     return {

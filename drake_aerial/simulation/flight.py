@@ -19,6 +19,7 @@ from drake_aerial.simulation.flight_options import FlightOptions
 from drake_aerial.simulation.lift_check import check_formation, check_team
 from drake_aerial.simulation.metrics import flight_metrics
 from drake_aerial.simulation.outcome import FlightMonitor, Progress, Watch
+from drake_aerial.simulation.path_preparation import carried_payload, prepare_path
 from drake_aerial.simulation.recording import phase_names, record
 from drake_aerial.simulation.station import TransportStation, make_transport_station
 from drake_aerial.simulation.suspended_payload import SuspendedPayload
@@ -40,6 +41,9 @@ class Flight:
         The model that the controller uses.
     station : TransportStation
     trajectory : Trajectory
+        As it is flown, after retiming.
+    path : PreparedPath
+        The trajectory and the result of its check.
     configuration : dict
         The entry `configuration` of metrics.json.
 
@@ -76,11 +80,11 @@ class Flight:
             If an option is bad, or the team cannot lift the payload and `force` is not set.
         JobError
             If taut cables cannot hold the payload (all contacts on one side of its true centre of
-            mass, or more tension than a quadrotor lifts) and `force` is not set.
+            mass, or more tension than a quadrotor lifts), or the path needs more than there is, and
+            `force` is not set.
         """
         self.suspended_payload = suspended_payload
         self.options = options = options or FlightOptions()
-        self.trajectory = read_trajectory(options.trajectory)
         payload, p_LC = suspended_payload.payload, suspended_payload.p_LC
         parameters = options.station_parameters
         quadrotors = parameters.quadrotors(len(p_LC))
@@ -100,6 +104,14 @@ class Flight:
             check_team(payload, mass, quadrotors, cables)
             check_formation(p_LC - com, mass, quadrotors, cables)
         self._weight = GRAVITY * mass
+        self.path = prepare_path(
+            read_trajectory(options.trajectory),
+            carried_payload(suspended_payload, parameters),
+            options.path_limits,
+            retiming=options.retime,
+            force=options.force,
+        )
+        self.trajectory = self.path.trajectory
         self.station: TransportStation = make_transport_station(
             payload,
             p_LC,
@@ -126,6 +138,7 @@ class Flight:
             },
             "controller_parameters": known and _json_value(record_to_mapping(known)),
             "trajectory": trajectory_to_dict(self.trajectory),
+            "path_check": _json_value(self.path.record),
             "station": _json_value(asdict(options.station_parameters)),
             "payload": {
                 "name": payload.name,

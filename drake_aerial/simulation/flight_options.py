@@ -1,19 +1,20 @@
 """Options of a flight: belief, controller, trajectory and team."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import SkipValidation
 from pydrake.systems.framework import LeafSystem
 
-from drake_aerial.choices import CONTROLLERS, Belief, CableKind
+from drake_aerial.choices import CONTROLLERS, Belief, CableKind, Retiming
 from drake_aerial.control.controller import PayloadController
 from drake_aerial.control.controller_parameters import CONTROLLERS as DEFAULTS
 from drake_aerial.control.controller_parameters import ControllerParameters
 from drake_aerial.control.geometric import GeometricController
 from drake_aerial.control.mpc.payload_mpc import PayloadMpc
+from drake_aerial.dynamics.path_limits import PathLimits
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
 from drake_aerial.errors import InputError
 from drake_aerial.estimation.observation import PositionFilter
@@ -74,8 +75,13 @@ class FlightOptions:
     after_drop: NonNegative = 3.0
     """Time that is simulated after a gripper lets go while others hold [s]."""
     force: Flag = False
-    """Fly although the contacts are marked infeasible, no taut equilibrium exists, or the payload
-    is too heavy."""
+    """Fly although the contacts are marked infeasible, no taut equilibrium exists, the payload is
+    too heavy, or the path is impossible."""
+    retime: Retiming | None = None
+    """slower: impossible parts of the path take as long as they need; fastest: the path is flown as
+    fast as the limits permit; None: the path is flown as it is, or refused."""
+    path_limits: PathLimits | None = field(default_factory=PathLimits)
+    """Margins of the check of the path before take-off; None to check nothing."""
 
     def __post_init__(self) -> None:
         given = callable(self.controller) or isinstance(self.controller, ControllerParameters)

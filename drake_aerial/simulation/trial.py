@@ -6,11 +6,12 @@ from typing import Any
 
 from pydrake.systems.framework import LeafSystem
 
-from drake_aerial.choices import Belief, CableKind
+from drake_aerial.choices import Belief, CableKind, Retiming
 from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.contacts.scan_lookup import find_scan
 from drake_aerial.contacts.solutions import ContactSolutions
 from drake_aerial.control.controller_parameters import ControllerParameters
+from drake_aerial.dynamics.path_limits import PathLimits
 from drake_aerial.errors import InputError, JobError
 from drake_aerial.plant.cable import CableParameters
 from drake_aerial.plant.payload import Payload
@@ -22,6 +23,8 @@ from drake_aerial.simulation.outcome import Progress
 from drake_aerial.simulation.station_parameters import StationParameters
 from drake_aerial.simulation.suspended_payload import SuspendedPayload
 from drake_aerial.simulation.trial_result import TrialResult
+
+_LIMITS = PathLimits()
 
 
 def prepare_flight(
@@ -40,6 +43,8 @@ def prepare_flight(
     controller_options: dict[str, Any] | None = None,
     mass_ratio: float = 1.0,
     after_drop: float = 3.0,
+    retime: Retiming | None = None,
+    path_limits: PathLimits | None = _LIMITS,
     force: bool = False,
 ) -> Flight:
     """Return the `Flight` of a contact solution, to be run with many seeds.
@@ -65,6 +70,8 @@ def prepare_flight(
         controller_options=controller_options,
         mass_ratio=mass_ratio,
         after_drop=after_drop,
+        retime=retime,
+        path_limits=path_limits,
         force=force,
     )
     folder = None
@@ -117,6 +124,8 @@ def fly(
     controller_options: dict[str, Any] | None = None,
     mass_ratio: float = 1.0,
     after_drop: float = 3.0,
+    retime: Retiming | None = None,
+    path_limits: PathLimits | None = _LIMITS,
     force: bool = False,
 ) -> TrialResult:
     """Fly one solution of a transfer, from the ground.
@@ -158,9 +167,14 @@ def fly(
         Believed mass of the payload over its true mass.
     after_drop : float
         Time that is simulated after a gripper lets go while others hold [s].
+    retime : str, optional
+        slower: impossible parts of the path take as long as they need; fastest: the path is flown
+        as fast as the limits permit. By default an impossible path is refused.
+    path_limits : PathLimits, optional
+        Margins of the check of the path before take-off; None to check nothing.
     force : bool
-        Fly although the contacts are marked infeasible, no taut equilibrium exists, or the payload
-        is too heavy.
+        Fly although the contacts are marked infeasible, no taut equilibrium exists, the payload is
+        too heavy, or the path is impossible.
 
     Returns
     -------
@@ -175,7 +189,7 @@ def fly(
     JobError
         If `force` is not set and the solution is marked infeasible, or taut cables cannot hold the
         payload by these contacts (all on one side of its true centre of mass, or more tension than
-        a quadrotor lifts).
+        a quadrotor lifts), or the path is impossible.
 
     Examples
     --------
@@ -202,6 +216,8 @@ def fly(
         controller_options=controller_options,
         mass_ratio=mass_ratio,
         after_drop=after_drop,
+        retime=retime,
+        path_limits=path_limits,
         force=force,
     )
     return flight.run(seed, progress=progress)
