@@ -96,6 +96,17 @@ class PathCheck:
         Velocities of the air for which the path was checked [m/s].
     unchecked : tuple of str
         What was not checked, with the reason.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from drake_aerial import CarriedPayload, check_path
+    >>> from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
+    >>> from drake_aerial.references.trajectory import LineTrajectory
+    >>> box = PayloadModelParameters(0.25, 0.006 * np.eye(3), [[0.0, 0.0, 0.1]])
+    >>> check = check_path(LineTrajectory(), CarriedPayload.of_model(box))
+    >>> check.feasible, [demand.what for demand in check.demands if demand.unit == "N"]
+    (True, ['thrust', 'least thrust', 'tension'])
     """
 
     demands: tuple[Demand, ...]
@@ -183,7 +194,7 @@ def path_demands(
 
 def _sampled(trajectory: Trajectory, carried: CarriedPayload) -> tuple[Array, Reference]:
     """Return times (T,) [s] and the reference there."""
-    t = np.arange(int(np.ceil(trajectory.duration / GRID)) + 1) * GRID
+    t: Array = np.arange(np.ceil(trajectory.duration / GRID) + 1.0) * GRID
     return t, ReferenceTable(carried.model, trajectory).at(t)
 
 
@@ -211,23 +222,57 @@ def force_demands(
     reference : Reference
         Batch T.
     """
+    for quantity in force_quantities(carried, limits, reference):
+        choose = _largest if quantity.upper else _smallest
+        yield choose(quantity.what, quantity.unit, t, quantity.values, quantity.limits)
+
+
+class Quantity(NamedTuple):
+    """A quantity of every quadrotor along a reference, and its limits.
+
+    Attributes
+    ----------
+    what, unit : str
+        As in `Demand`.
+    values : (T, n) array
+    limits : (n,) array
+    upper : bool
+        True if the limits are upper ones.
+    """
+
+    what: str
+    unit: str
+    values: Array
+    limits: Array
+    upper: bool = True
+
+    @property
+    def margins(self) -> Array:
+        """Distances (T, n) to the limits, as fractions of them; negative beyond them."""
+        sign = 1.0 if self.upper else -1.0
+        return sign * (self.limits - self.values) / np.maximum(self.limits, 1e-3)
+
+
+def force_quantities(
+    carried: CarriedPayload, limits: PathLimits, reference: Reference
+) -> Iterator[Quantity]:
+    """Yield thrusts, tilts, tensions and loads of the grippers along a reference (batch T)."""
     model = carried.model
     thrust = np.linalg.norm(reference.F, axis=2)
-    yield _largest("thrust", "N", t, thrust, (1.0 - limits.thrust_margin) * model.max_thrust)
+    yield Quantity("thrust", "N", thrust, (1.0 - limits.thrust_margin) * model.max_thrust)
     low = (1.0 + limits.thrust_margin) * model.min_thrust
-    yield _smallest("least thrust", "N", t, thrust, low)
+    yield Quantity("least thrust", "N", thrust, low, upper=False)
     tilt = np.arccos(np.clip(reference.F[:, :, 2] / np.maximum(thrust, 1e-9), -1.0, 1.0))
-    yield _largest("tilt", "rad", t, tilt, np.full(model.n, limits.tilt))
-    # A cable that would have to push has a negative tension.
-    tension = -np.vecdot(reference.mu, reference.xi)
-    upright = reference.mu[:, :, 2] > 0.0
-    tension = np.where(upright, tension, -tension)
+    yield Quantity("tilt", "rad", tilt, np.full(model.n, limits.tilt))
+    # The force of a cable has the direction of the cable; one that points down would have to push.
+    size = np.linalg.norm(reference.mu, axis=2)
+    tension = np.where(reference.mu[:, :, 2] > 0.0, size, -size)
     taut = limits.tension * GRAVITY * model.mass / model.n
-    yield _smallest("tension", "N", t, tension, np.full(model.n, taut))
+    yield Quantity("tension", "N", tension, np.full(model.n, taut), upper=False)
     pull = np.vecdot(reference.mu, carried.normal_L @ np.swapaxes(reference.R, 1, 2))
     held = (1.0 - limits.gripper_margin) * carried.holding_force
     if np.isfinite(held).any():
-        yield _largest("gripper", "N", t, pull, held)
+        yield Quantity("gripper", "N", pull, held)
 
 
 def _distances(

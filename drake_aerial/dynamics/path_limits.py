@@ -56,6 +56,15 @@ class CarriedPayload:
         Radius of the rotor guard of each quadrotor [m].
     vertices, faces : (V, 3) array [m], (F, 3) int array
         Surface of the payload in L; empty to leave the clearance unchecked.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from drake_aerial import CarriedPayload
+    >>> from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
+    >>> box = PayloadModelParameters(0.25, 0.006 * np.eye(3), [[0.0, 0.0, 0.1]])
+    >>> CarriedPayload.of_model(box).holding_force
+    array([inf])
     """
 
     model: PayloadModelParameters

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from drake_aerial.choices import RETIMINGS, Retiming
+from drake_aerial.dynamics.law_optimization import faster_law
 from drake_aerial.dynamics.path_check import check_path, path_demands
 from drake_aerial.dynamics.path_limits import CarriedPayload, PathLimits
 from drake_aerial.dynamics.path_speed import fastest_progress
@@ -18,8 +17,8 @@ from drake_aerial.references.path import Segment
 from drake_aerial.references.retimed import (
     Law,
     Move,
+    MoveTrajectory,
     RetimedTrajectory,
-    SlowedSegment,
     SplineLaw,
     duration_of,
     parts_of,
@@ -38,18 +37,6 @@ _SHARES = (0.6, 1.0)
 """Parts of the free thrust that are tried for the accelerations; the ramps need the rest."""
 _ROUNDS, _SLOWED, _NEAR = 40, 1.04, 0.5
 """Rounds in which moves within 0.5 s of a violation are slowed by 4 %."""
-
-
-@dataclass(frozen=True)
-class _Piece(Trajectory):
-    """Segments alone, between two rests."""
-
-    pieces: tuple[Any, ...] = ()
-
-    name = "piece"
-
-    def segment_chain(self) -> list[Segment]:
-        return list(self.pieces)
 
 
 def retime(
@@ -105,11 +92,11 @@ def retime(
     laws: list[Law] = []
     for move in moves:
         keeps = mode == "slower" or move.name == "lift"
-        if keeps and _possible(move.segments, trajectory.yaw, carried, limits):
+        if keeps and _possible(move, 1.0, trajectory.yaw, carried, limits):
             laws.append(1.0)
             continue
         wanted = move.duration if keeps else 0.0
-        law = best_law(move, carried, limits, trajectory.yaw, wanted)
+        law = best_law(move, carried, limits, trajectory.yaw, wanted, optimize=mode == "fastest")
         if law is None:
             why = _why_not(trajectory, carried, limits)
             raise JobError(f"no timing makes the phase {move.name!r} possible: {why}")
@@ -124,42 +111,66 @@ def slowing_factor(
 ) -> float:
     """Return the factor by which all moves must be slowed to be possible, infinite for none."""
     limits = limits or PathLimits()
-    factor = 1.0
-    for move in parts_of(trajectory):
-        if isinstance(move, Move):
-            found = _least_factor(
-                lambda k, move=move: _possible(
-                    [SlowedSegment(s, k) for s in move.segments], trajectory.yaw, carried, limits
-                )
-            )
-            factor = max(factor, found)
-    return factor
+    moves = [part for part in parts_of(trajectory) if isinstance(part, Move)]
+
+    def factor_of(move: Move) -> float:
+        return _least_factor(
+            lambda k: _possible(move, k, trajectory.yaw, carried, limits),
+        )
+
+    return max((factor_of(move) for move in moves), default=1.0)
 
 
 def best_law(
-    move: Move, carried: CarriedPayload, limits: PathLimits, yaw: float, wanted: float = 0.0
+    move: Move,
+    carried: CarriedPayload,
+    limits: PathLimits,
+    yaw: float,
+    wanted: float = 0.0,
+    *,
+    optimize: bool = False,
 ) -> Law | None:
     """Return the fastest law that was found for a move, slowed to `wanted` [s] if it is faster.
 
-    Candidates are the move's own timing, and the motions of `fastest_progress`, whose jumps of
-    acceleration a spline rounds. Each is scaled to keep all limits. None if no law does.
+    Candidates are the move's own timing, the motions of `fastest_progress`, whose jumps of
+    acceleration a spline rounds, and, with `optimize`, the best of those improved by `faster_law`.
+    Each is scaled to keep all limits. None if no law does.
     """
     best: Law | None = None
+    spline: SplineLaw | None = None
     for law in _candidates(move, carried, limits, yaw):
-        own = duration_of(law, move.duration)
-
-        def possible(factor: float, law: Law = law) -> bool:
-            return _possible(move.under(slowed(law, factor)), yaw, carried, limits)
-
-        # One check tells whether a law can be faster than the best one.
-        if best is not None and not possible(0.99 * duration_of(best, move.duration) / own):
-            continue
-        factor = _least_factor(possible, lowest=0.2)
-        if np.isfinite(factor):
-            best = slowed(law, factor)
+        scaled = _scaled(law, best, move, carried, limits, yaw)
+        best = best if scaled is None else scaled
+        if isinstance(law, SplineLaw):
+            spline = scaled if isinstance(scaled, SplineLaw) else spline or law
+    if optimize and spline is not None and best is not None:
+        law = faster_law(spline, move, carried, limits, yaw)
+        scaled = _scaled(law, best, move, carried, limits, yaw)
+        best = best if scaled is None else scaled
     if best is None:
         return None
     return slowed(best, max(1.0, wanted / duration_of(best, move.duration)))
+
+
+def _scaled(
+    law: Law,
+    best: Law | None,
+    move: Move,
+    carried: CarriedPayload,
+    limits: PathLimits,
+    yaw: float,
+) -> Law | None:
+    """Return a law scaled to keep all limits; None if it is slower than the best one."""
+
+    def possible(factor: float) -> bool:
+        return _possible(move, slowed(law, factor), yaw, carried, limits)
+
+    own = duration_of(law, move.duration)
+    # One check tells whether a law can be faster than the best one.
+    if best is not None and not possible(0.99 * duration_of(best, move.duration) / own):
+        return None
+    factor = _least_factor(possible, lowest=0.2)
+    return slowed(law, factor) if np.isfinite(factor) else None
 
 
 def _candidates(
@@ -202,12 +213,11 @@ def _least_factor(possible: Callable[[float], bool], lowest: float = 1.0) -> flo
 
 
 def _possible(
-    segments: Sequence[Segment], yaw: float, carried: CarriedPayload, limits: PathLimits
+    move: Move, law: Law, yaw: float, carried: CarriedPayload, limits: PathLimits
 ) -> bool:
-    """Return whether segments between two rests keep all limits but the clearances."""
-    start = segments[0].derivatives(np.zeros(1))[0, 0].tolist()
-    piece = _Piece(start=tuple(start), yaw=yaw, pieces=tuple(segments))
-    return all(demand.kept for demand in path_demands(piece, carried, limits))
+    """Return whether a move under a law keeps all limits but the clearances."""
+    demands = path_demands(MoveTrajectory.of(move, law, yaw), carried, limits)
+    return all(demand.kept for demand in demands)
 
 
 def _joined(

@@ -245,6 +245,30 @@ class Move(NamedTuple):
         return chain
 
 
+@dataclass(frozen=True)
+class MoveTrajectory(Trajectory):
+    """One move alone, between two rests.
+
+    Parameters
+    ----------
+    pieces : tuple of Segment
+    """
+
+    pieces: tuple[Any, ...] = ()
+
+    name = "move"
+
+    @classmethod
+    def of(cls, move: Move, law: Law, yaw: float) -> MoveTrajectory:
+        """Return a move under a law, with the payload's yaw [rad]."""
+        start = move.paths[0].derivatives(np.zeros(1))[0, 0]
+        return cls(start=tuple(start.tolist()), yaw=yaw, pieces=tuple(move.under(law)))
+
+    def segment_chain(self) -> list[Segment]:
+        """Return the pieces."""
+        return list(self.pieces)
+
+
 def parts_of(trajectory: Trajectory) -> list[Move | Segment]:
     """Return the moves of a trajectory and the rests between them, in order."""
     parts: list[Move | Segment] = []

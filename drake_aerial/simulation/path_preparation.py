@@ -47,6 +47,17 @@ def carried_payload(
     ----------
     suspended_payload : SuspendedPayload
     parameters : StationParameters
+
+    Examples
+    --------
+    >>> from drake_aerial import Payload, StationParameters, SuspendedPayload, carried_payload
+    >>> from drake_aerial import check_path
+    >>> from drake_aerial.references.trajectory import TransportTrajectory
+    >>> box = Payload.from_box([0.4, 0.4, 0.2], 0.25)
+    >>> box = SuspendedPayload.from_contacts(box, [[0.0, 0.0, 0.1]], [[0.0, 0.0, 1.0]])
+    >>> carried = carried_payload(box, StationParameters())
+    >>> check_path(TransportTrajectory(circle_time=4.0), carried).feasible
+    False
     """
     payload, p_LC = suspended_payload.payload, suspended_payload.p_LC
     n = len(p_LC)

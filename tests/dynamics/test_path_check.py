@@ -56,9 +56,7 @@ def test_on_a_steady_circle_the_thrust_is_that_of_a_conical_pendulum():
 
 def test_a_centre_of_mass_off_the_contact_tilts_the_normal_away_from_the_load():
     model = PayloadModelParameters(0.25, 0.006 * np.eye(3), [[0.0, 0.0, 0.1]], (0.1, 0.0, 0.0))
-    carried = CarriedPayload(
-        model, np.array([[0.0, 0.0, 1.0]]), np.array([20.0]), np.array([0.12])
-    )
+    carried = CarriedPayload(model, np.array([[0.0, 0.0, 1.0]]), np.array([20.0]), np.array([0.12]))
     pull = of(check_path(HoverTrajectory(hover_time=1.0), carried), "gripper").value
     assert pull == pytest.approx(0.25 * GRAVITY * np.cos(np.pi / 4), rel=1e-6)
 
@@ -108,9 +106,7 @@ def test_a_cable_that_crosses_the_payload_is_found_and_one_that_leaves_it_is_not
 
 def test_the_clearance_is_the_distance_from_guard_to_surface():
     vertices, faces = box(np.array([0.4, 0.4, 0.2]))
-    short = PayloadModelParameters(
-        0.25, 0.006 * np.eye(3), [[0.0, 0.0, 0.1]], cable_length=0.13
-    )
+    short = PayloadModelParameters(0.25, 0.006 * np.eye(3), [[0.0, 0.0, 0.1]], cable_length=0.13)
     carried = CarriedPayload(
         short, np.array([[0.0, 0.0, 1.0]]), np.array([20.0]), np.array([0.12]), vertices, faces
     )
