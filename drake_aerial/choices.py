@@ -26,3 +26,6 @@ CABLES: tuple[CableKind, ...] = get_args(CableKind)
 Retiming = Literal["slower", "fastest"]
 RETIMINGS: tuple[Retiming, ...] = get_args(Retiming)
 """Ways to change the timing of a path before take-off."""
+SensorLevel = Literal["payload", "cables", "vehicles"]
+SENSOR_LEVELS: tuple[SensorLevel, ...] = get_args(SensorLevel)
+"""What the sensors of a flight measure."""

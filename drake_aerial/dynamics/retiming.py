@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from drake_aerial.dynamics.path_limits import CarriedPayload, PathLimits
 from drake_aerial.dynamics.path_speed import fastest_progress
 from drake_aerial.errors import InputError, JobError
 from drake_aerial.geometry import Array
-from drake_aerial.references.path import Segment
 from drake_aerial.references.retimed import (
     Law,
     Move,

@@ -1,0 +1,87 @@
+"""Sensors of a flight: noise, bias, rate and delay of every measured quantity."""
+
+from __future__ import annotations
+
+from dataclasses import field
+
+from drake_aerial.choices import SensorLevel
+from drake_aerial.io.records import NonNegative, Positive, record
+
+
+@record(frozen=True)
+class Measurement:
+    """How one quantity is measured; noise and bias are in the quantity's own unit.
+
+    Examples
+    --------
+    >>> from drake_aerial.estimation.sensor_parameters import Measurement
+    >>> Measurement(noise=0.001, delay=0.01).period
+    0.01
+    """
+
+    noise: NonNegative = 0.0
+    """Standard deviation of white noise, per sample and coordinate [unit of the quantity]."""
+    bias: NonNegative = 0.0
+    """Standard deviation of an offset that is constant during a flight, per coordinate; each seed
+    draws another one [unit of the quantity]."""
+    period: Positive = 0.01
+    """Time between two samples, a multiple of the plant's time step [s]."""
+    delay: NonNegative = 0.0
+    """Age of a sample when it is first read, a multiple of the plant's time step [s]."""
+
+
+def _measured(noise: float, bias: float, period: float = 0.01, delay: float = 0.01) -> Measurement:
+    field_: Measurement = field(
+        default_factory=lambda: Measurement(noise, bias, period=period, delay=delay)
+    )
+    return field_
+
+
+@record(frozen=True)
+class SensorParameters:
+    """Sensors of a flight. The defaults are those of a laboratory with motion capture.
+
+    Positions and attitudes: marker-based motion capture at 100 Hz, with 10 ms from exposure to
+    delivery. Merriaux et al. ("A Study of Vicon System Positioning Performance", Sensors 2017)
+    measured errors of 0.15 mm at rest and below 2 mm in motion; 1 mm is used, and 5 mrad for
+    markers 0.2 m apart. Velocities: filters that fuse motion capture with inertial sensors.
+    Gyroscope and accelerometer: data sheet of the Bosch BMI088, 0.014 deg/s/sqrt(Hz) and 175 ug/
+    sqrt(Hz) over 100 Hz; offsets after calibration at rest. Cable angles at the quadrotor: a 14-bit
+    magnetic encoder (data sheet of the ams AS5048A, 0.05 deg of noise) on a gimbal, mounted to half
+    a degree. Rotor speeds: the count of a motor controller.
+
+    Examples
+    --------
+    >>> from drake_aerial import SensorParameters, StationParameters
+    >>> station = StationParameters(sensors=SensorParameters())
+    >>> station.sensors.level, station.sensors.payload_position.noise
+    ('payload', 0.001)
+    """
+
+    level: SensorLevel = "payload"
+    """What is measured: payload (motion capture of everything), cables (quadrotors, and the cables'
+    angles at them) or vehicles (quadrotors alone)."""
+    payload_position: Measurement = _measured(0.001, 0.001)
+    """Position of L's origin [m]; level payload."""
+    payload_attitude: Measurement = _measured(0.005, 0.005)
+    """Attitude of the payload [rad]; level payload."""
+    payload_velocity: Measurement = _measured(0.01, 0.0)
+    """Velocity of L's origin [m/s]; level payload."""
+    payload_rate: Measurement = _measured(0.02, 0.0)
+    """Angular velocity of the payload [rad/s]; level payload."""
+    quadrotor_position: Measurement = _measured(0.001, 0.001)
+    """Position of each quadrotor [m]."""
+    quadrotor_attitude: Measurement = _measured(0.005, 0.005)
+    """Attitude of each quadrotor [rad]."""
+    quadrotor_velocity: Measurement = _measured(0.01, 0.0)
+    """Velocity of each quadrotor [m/s]."""
+    quadrotor_rate: Measurement = _measured(0.003, 0.002, 0.005, 0.0)
+    """Angular velocity of each quadrotor, by its gyroscope [rad/s]."""
+    specific_force: Measurement = _measured(0.02, 0.05, 0.005, 0.0)
+    """Acceleration of each quadrotor less gravity, by its accelerometer [m/s^2]."""
+    rotor_speed: Measurement = _measured(30.0, 0.0, 0.01, 0.0)
+    """Speed of each propeller [rpm]."""
+    cable_direction: Measurement = _measured(0.001, 0.009, 0.01, 0.0)
+    """Direction of each cable [rad]; level cables. Level payload computes it from the positions."""
+    cable_rate: Measurement = _measured(0.02, 0.0, 0.01, 0.0)
+    """Rate of the direction of each cable [1/s]; level cables."""
