@@ -25,6 +25,7 @@ from .dynamics.retiming import retime
 from .errors import DrakeAerialError, InputError, JobError
 from .estimation.disturbance_observer import DisturbanceObserver
 from .estimation.mass_identification import identify_payload
+from .estimation.sensor_parameters import SensorParameters
 from .estimation.state_sensor import StateSensor
 from .features.surface_features import FeatureParameters, SurfaceFeatures, compute_features
 from .named_inputs import read_scan, read_skill
@@ -101,6 +102,7 @@ __all__ = [
     "PayloadMpc",
     "PointCloud",
     "QuadrotorParameters",
+    "SensorParameters",
     "StateSensor",
     "StationParameters",
     "StudyPlan",

@@ -72,7 +72,7 @@ def _with_points(law: SplineLaw, count: int) -> SplineLaw:
     """Return a law with another number of control points that is close to a given one."""
     spacing = law.duration / (count + 3)
     # The control points of a smooth law lie near its values; the first one is 2 spacings in.
-    t = (np.arange(count) + 2.0) * spacing
+    t: Array = np.arange(2.0, count + 2.0) * spacing
     points = law.derivatives(t)[0]
     points[0], points[-1] = law.points[0], law.points[-1]
     return SplineLaw(spacing, tuple(np.maximum.accumulate(points).tolist()))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -33,8 +33,8 @@ class Channel(NamedTuple):
 
     Attributes
     ----------
-    number : int
-        Number of its random stream.
+    first : int
+        Where its errors begin among those of all quantities.
     size, noises : int
         Length of a sample, and of its noise.
     noise, bias : float
@@ -43,7 +43,7 @@ class Channel(NamedTuple):
         In steps.
     """
 
-    number: int
+    first: int
     size: int
     noises: int
     noise: float
@@ -53,7 +53,7 @@ class Channel(NamedTuple):
 
     @classmethod
     def of(
-        cls, name: str, given: Measurement, number: int, size: int, noises: int, step: float
+        cls, name: str, given: Measurement, first: int, size: int, noises: int, step: float
     ) -> Channel:
         """Return the channel of a measurement for a plant with a time step [s].
 
@@ -66,7 +66,7 @@ class Channel(NamedTuple):
         if period < 1:
             raise InputError(f"`{name}.period` must be >= {step:g} s, got {given.period:g} s")
         delay = whole_steps(f"{name}.delay", given.delay, step)
-        return cls(number, size, noises, given.noise, given.bias, period, delay)
+        return cls(first, size, noises, given.noise, given.bias, period, delay)
 
     @property
     def depth(self) -> int:
@@ -82,21 +82,40 @@ class Channel(NamedTuple):
         newest = steps // self.period
         return min(newest - max(steps - self.delay, 0) // self.period, self.depth - 1)
 
-    def error(self, seed: int, steps: int) -> Array:
-        """Return noise and bias (noises,) of the sample that is taken after a number of steps.
+    def error(self, normal: Array, constant: Array) -> Array:
+        """Return the error (noises,) of a sample.
 
-        Each seed, quantity and sample has a block of a random stream of its own, so the order of
-        calls does not matter.
+        Parameters
+        ----------
+        normal : array
+            Standard normal numbers of all quantities at the time of the sample.
+        constant : array
+            Standard normal numbers of all quantities that belong to the flight.
         """
-        error = np.zeros(self.noises)
-        if self.noise > 0.0:
-            error += self.noise * self._normal(seed, 1 + steps // self.period)
-        if self.bias > 0.0:
-            error += self.bias * self._normal(seed, 0)
-        return error
+        part = slice(self.first, self.first + self.noises)
+        return self.noise * normal[part] + self.bias * constant[part]
 
-    def _normal(self, seed: int, block: int) -> Array:
-        key = np.array([seed, _STREAM], dtype=np.uint64)
-        counter = np.array([0, 0, self.number, block], dtype=np.uint64)
-        generator = np.random.Generator(np.random.Philox(key=key, counter=counter))
-        return generator.standard_normal(self.noises)
+
+class ErrorStream:
+    """Standard normal numbers that depend on a seed and a count only, not on the order of calls.
+
+    Parameters
+    ----------
+    size : int
+        How many numbers there are for each count.
+    """
+
+    def __init__(self, size: int):
+        self._size = size
+        self._philox = np.random.Philox(key=0)
+        self._position: Any = self._philox.state
+        self._generator = np.random.Generator(self._philox)
+
+    def numbers(self, seed: int, count: int) -> Array:
+        """Return the numbers (size,) of a seed and a count >= 0."""
+        # Setting the generator's position is faster than making a generator.
+        position = self._position["state"]
+        position["key"] = np.array([seed, _STREAM], dtype=np.uint64)
+        position["counter"] = np.array([0, 0, 0, count], dtype=np.uint64)
+        self._philox.state = self._position
+        return self._generator.standard_normal(self._size)

@@ -75,9 +75,9 @@ class SensorParameters:
     """Attitude of each quadrotor [rad]."""
     quadrotor_velocity: Measurement = _measured(0.01, 0.0)
     """Velocity of each quadrotor [m/s]."""
-    quadrotor_rate: Measurement = _measured(0.003, 0.002, 0.005, 0.0)
+    quadrotor_rate: Measurement = _measured(0.003, 0.002, 0.01, 0.0)
     """Angular velocity of each quadrotor, by its gyroscope [rad/s]."""
-    specific_force: Measurement = _measured(0.02, 0.05, 0.005, 0.0)
+    specific_force: Measurement = _measured(0.02, 0.05, 0.01, 0.0)
     """Acceleration of each quadrotor less gravity, by its accelerometer [m/s^2]."""
     rotor_speed: Measurement = _measured(30.0, 0.0, 0.01, 0.0)
     """Speed of each propeller [rpm]."""

@@ -6,9 +6,15 @@ import math
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    DiscreteStateIndex,
+    DiscreteValues,
+    LeafSystem,
+)
 
-from drake_aerial.estimation.sensor_channel import Channel
+from drake_aerial.estimation.sensor_channel import Channel, ErrorStream
 from drake_aerial.estimation.sensor_parameters import SensorParameters
 from drake_aerial.geometry import Array, cross, matrix_from_quat, quat_exp, quat_multiply
 from drake_aerial.plant.cable_geometry import cable_directions
@@ -31,7 +37,13 @@ _OF_QUADROTORS = {
     "rotor_speed": (4, 4),
 }
 _OF_CABLES = {"cable_direction": (3, 3), "cable_rate": (3, 3)}
-_NAMES = (*_OF_PAYLOAD, *_OF_QUADROTORS, *_OF_CABLES)
+_SIZES = {**_OF_PAYLOAD, **_OF_QUADROTORS, **_OF_CABLES}
+_NAMES = tuple(_SIZES)
+_MEASURED = {
+    "payload": (*_OF_PAYLOAD, *_OF_QUADROTORS),
+    "cables": (*_OF_QUADROTORS, *_OF_CABLES),
+    "vehicles": tuple(_OF_QUADROTORS),
+}
 _STATE = ("attitude", "position", "rate", "velocity")
 """Order of a state of 13 numbers."""
 
@@ -92,16 +104,18 @@ class SensorSuite(LeafSystem):
         self._p_LC = np.asarray(p_LC, dtype=float).reshape(-1, 3)
         n = len(self._p_LC)
         self.n = n
-        sizes = {key: value for key, value in _OF_PAYLOAD.items() if parameters.level == "payload"}
-        sizes |= {name: (n * a, n * b) for name, (a, b) in _OF_QUADROTORS.items()}
-        if parameters.level == "cables":
-            sizes |= {name: (n * a, n * b) for name, (a, b) in _OF_CABLES.items()}
-        self._channels = {
-            name: Channel.of(
-                name, getattr(parameters, name), _NAMES.index(name), *size, step=time_step
-            )
-            for name, size in sizes.items()
-        }
+        measured = _MEASURED[parameters.level]
+        self._channels: dict[str, Channel] = {}
+        first = 0
+        for name in _NAMES:
+            # Every quantity has its part of the errors, measured or not.
+            count = 1 if name in _OF_PAYLOAD else n
+            size, noises = (count * k for k in _SIZES[name])
+            if name in measured:
+                given = getattr(parameters, name)
+                self._channels[name] = Channel.of(name, given, first, size, noises, time_step)
+            first += noises
+        self._errors = ErrorStream(first)
         self._payload = self.DeclareVectorInputPort("payload_state", 13)
         self._quadrotors = self.DeclareVectorInputPort("quadrotor_states", 13 * n)
         self._attached = self.DeclareVectorInputPort("attached", n)
@@ -118,7 +132,7 @@ class SensorSuite(LeafSystem):
     def _declare_state(self) -> None:
         """Declare the samples of every quantity, newest first, and the number of steps."""
         identity = np.tile(np.eye(1, 4)[0], self.n)
-        self._samples = {}
+        self._samples: dict[str, DiscreteStateIndex] = {}
         for name, channel in self._channels.items():
             first = identity[: channel.size] if "attitude" in name else np.zeros(channel.size)
             self._samples[name] = self.DeclareDiscreteState(np.tile(first, channel.depth))
@@ -157,8 +171,9 @@ class SensorSuite(LeafSystem):
         if not due:
             return
         true = self._true(context)
+        normal, constant = self._errors.numbers(seed, steps + 1), self._errors.numbers(seed, 0)
         for name, channel in due.items():
-            measured = _disturbed(name, true[name], channel.error(seed, steps))
+            measured = _disturbed(name, true[name], channel.error(normal, constant))
             kept = context.get_discrete_state(self._samples[name]).value()
             rows = kept.reshape(channel.depth, channel.size)[:-1]
             if steps == 0:

@@ -101,7 +101,7 @@ class FlightOptions:
         # A control step reads the sample before it; its command acts from the next plant step on.
         offset, position_filter = (
             CONTROL_DELAY_FRACTION * station.step,
-            PositionFilter(station.noise),
+            PositionFilter(station.position_noise),
         )
         parameters = self.controller_parameters
         make: Any = self.controller if parameters is None else _CLASSES[parameters.kind]
@@ -145,7 +145,14 @@ class FlightOptions:
             parameters = replace(parameters, cable=self.cable)
         elif self.cable is not None:
             parameters = parameters.with_cable_kind(self.cable)
-        return parameters if self.noise is None else replace(parameters, noise=self.noise)
+        if self.noise is None:
+            return parameters
+        if parameters.sensors is not None:
+            raise InputError(
+                "`noise` must be None with `sensors`, which have a noise of their own, got "
+                f"{self.noise}"
+            )
+        return replace(parameters, noise=self.noise)
 
 
 def _changed(parameters: ControllerParameters, options: dict[str, Any]) -> ControllerParameters:

@@ -11,7 +11,6 @@ from pydrake.systems.primitives import ConstantVectorSource
 from drake_aerial.control.controller import PayloadController
 from drake_aerial.control.take_off import FlightPhase
 from drake_aerial.errors import InputError
-from drake_aerial.estimation.state_sensor import StateSensor
 from drake_aerial.geometry import Array
 from drake_aerial.plant.cable_forces import connect_cables
 from drake_aerial.plant.part_checks import check_type, parameters_or_default
@@ -20,16 +19,11 @@ from drake_aerial.plant.wind import Wind, connect_wind
 from drake_aerial.references.trajectory import Trajectory
 from drake_aerial.simulation.port_log import PortLog
 from drake_aerial.simulation.propulsion import add_propulsion
+from drake_aerial.simulation.sensing import Ports, add_sensing
 from drake_aerial.simulation.station_check import check_contacts, check_station
 from drake_aerial.simulation.station_parameters import StationParameters
 from drake_aerial.simulation.station_plant import add_station_plant, place_at_rest
 from drake_aerial.statics.gravity import GRAVITY
-
-SENSED = ("payload_state", "quadrotor_states", "cable_directions", "attached")
-"""Output ports of the sensor; a controller may have input ports of these names."""
-
-Ports = tuple[OutputPort, OutputPort]
-"""Of the payload, and of the n quadrotors."""
 
 
 class TransportStation(Diagram):
@@ -47,6 +41,8 @@ class TransportStation(Diagram):
     | out `perception.quadrotor_states` | 13 n | sampled states of the Q |
     | out `perception.cable_directions` | 6 n | sampled unit directions and their rates [1/s] |
     | out `perception.attached` | n | sampled `cables.attached` |
+    | out `perception.imu` | 6 n | specific force [m/s^2] and rate [rad/s] in Q (with `sensors`) |
+    | out `perception.rotor_speeds` | 4 n | [rpm] (with `sensors`) |
     | out `cables.tension` | n | [N] |
     | out `cables.attached` | n | 1 where a gripper holds, 0 where it was released |
     | out `controller.thrust_vectors` | 3 n | commanded thrusts [N] (with a controller inside) |
@@ -88,10 +84,16 @@ class TransportStation(Diagram):
         self.payload_body, self.quadrotors = parts.payload, parts.quadrotors
         self.cables = parts.cables
         states = parts.connect_states(builder)
-        self._add_state_sensor(builder, states, parts.connect_accelerations(builder))
+        self.sensing = add_sensing(
+            builder, contacts, states, parts.connect_accelerations(builder), parameters
+        )
+        self.perception = self.sensing.perception
         self.propulsion = add_propulsion(
             builder, self.plant, self.quadrotors, states[1], parameters
         )
+        if self.perception.HasInputPort("squared_speeds"):
+            speeds = self.perception.GetInputPort("squared_speeds")
+            builder.Connect(self.propulsion.squared_speed, speeds)
         self._add_cables(builder, states)
         drag = self._add_wind(builder, states)
         self._sum_forces(builder, self.propulsion.forces, self.cable_system.forces, drag)
@@ -100,23 +102,6 @@ class TransportStation(Diagram):
         self._log.connect(builder)
         builder.BuildInto(self)
         self.set_name("transport_station")
-
-    def _add_state_sensor(self, builder: DiagramBuilder, states: Ports, rates: Ports) -> None:
-        """Add the sensor, which samples states with noise."""
-        p = self.parameters
-        self.perception = builder.AddNamedSystem(
-            "perception",
-            StateSensor(
-                self.p_LC,
-                period=p.perception_period,
-                noise=p.noise,
-                measured_directions=p.measured_directions,
-                time_step=p.step,
-            ),
-        )
-        for what, (payload, quadrotors) in (("state", states), ("acceleration", rates)):
-            builder.Connect(payload, self.perception.GetInputPort(f"payload_{what}"))
-            builder.Connect(quadrotors, self.perception.GetInputPort(f"quadrotor_{what}s"))
 
     def _add_cables(self, builder: DiagramBuilder, states: Ports) -> None:
         """Add the system of the cables; the sensor samples which grippers hold."""
@@ -151,8 +136,8 @@ class TransportStation(Diagram):
         self._log.export(builder, self.propulsion.command, "propellers.command")
         self._log.export(builder, self.propulsion.squared_speed, "propellers.squared_speed")
         self._log.export(builder, self.cable_system.attached_port, "cables.attached")
-        for name in SENSED:
-            builder.ExportOutput(self.perception.GetOutputPort(name), f"perception.{name}")
+        for name, port in self.sensing.measured().items():
+            builder.ExportOutput(port, f"perception.{name}")
         contacts = self.plant.get_contact_results_output_port()
         builder.ExportOutput(contacts, "plant.contact_results")
         builder.ExportOutput(self.scene_graph.get_query_output_port(), "scene_graph.query")
@@ -170,10 +155,7 @@ class TransportStation(Diagram):
                 f"`controller` must have an output port {name} of size {size}: thrusts in the "
                 "world [N]"
             )
-        # A controller may leave out inputs that it does not need.
-        for name in SENSED:
-            if controller.HasInputPort(name):
-                builder.Connect(self.perception.GetOutputPort(name), controller.GetInputPort(name))
+        self.sensing.connect(builder, controller)
         thrusts = controller.GetOutputPort("thrust_vectors")
         builder.Connect(thrusts, commanded)
         if controller.HasInputPort("reference"):

@@ -11,6 +11,7 @@ from annotated_types import Le
 
 from drake_aerial.choices import CableKind
 from drake_aerial.errors import InputError
+from drake_aerial.estimation.sensor_parameters import SensorParameters
 from drake_aerial.geometry import Array
 from drake_aerial.io.records import Flag, NonNegative, OneOrMany, Positive, record
 from drake_aerial.plant.cable import CableParameters
@@ -54,6 +55,9 @@ class StationParameters:
     measured_directions: Flag = True
     """True if cable directions are measured; False to infer them from the noisy payload
     position."""
+    sensors: SensorParameters | None = None
+    """Noise, bias, rate and delay of every measured quantity; None for the paper's sensing, as in
+    the three fields above: everything but the payload's position is exact."""
     attitude_period: NonNegative = 0.0
     """Time for which the attitude loop holds its propeller commands [s]; 0 for new commands at
     every time step."""
@@ -87,6 +91,11 @@ class StationParameters:
             else next(iter(self.cable), CableParameters())
         )
         return ELASTIC_TIME_STEP if first.kind == "elastic" else TIME_STEP
+
+    @property
+    def position_noise(self) -> float:
+        """Standard deviation of the payload's measured position, per coordinate [m]."""
+        return self.noise if self.sensors is None else self.sensors.payload_position.noise
 
     def quadrotors(self, n: int) -> tuple[QuadrotorParameters, ...]:
         """Return the parameters of n quadrotors; raise InputError for another number."""
