@@ -152,6 +152,8 @@ def run(arguments: argparse.Namespace) -> int:
             retime=arguments.retime,
             force=arguments.force,
         )
+        for note in flight.path.notes:
+            say(note)
         if arguments.graphviz:
             write_diagram_picture(arguments.graphviz, flight.station)
         if live:

@@ -3,8 +3,7 @@
 import numpy as np
 from scipy.optimize import minimize
 
-from drake_aerial.dynamics.flatness import ReferenceTable
-from drake_aerial.dynamics.path_check import force_quantities
+from drake_aerial.dynamics.path_check import force_quantities, table_of, winds_of
 from drake_aerial.dynamics.path_limits import CarriedPayload, PathLimits
 from drake_aerial.geometry import Array
 from drake_aerial.references.retimed import Move, MoveTrajectory, SplineLaw
@@ -49,9 +48,13 @@ def faster_law(
     def margins(x: Array) -> Array:
         at = law_of(x)
         t = np.linspace(0.0, at.duration, _SAMPLES)
-        table = ReferenceTable(carried.model, MoveTrajectory.of(move, at, yaw))
-        found = force_quantities(carried, limits, table.at(t))
-        return np.concatenate([quantity.margins.ravel() for quantity in found])
+        path = MoveTrajectory.of(move, at, yaw)
+        found = [
+            quantity.margins.ravel()
+            for wind in winds_of(carried)
+            for quantity in force_quantities(carried, limits, table_of(carried, path, wind).at(t))
+        ]
+        return np.concatenate(found)
 
     bounds = [(x0[0] - 1.5, x0[0] + 0.5)] + [(0.0, 1.0)] * (_POINTS - 1)
     result = minimize(

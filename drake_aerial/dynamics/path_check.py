@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
@@ -12,6 +12,7 @@ from drake_aerial.dynamics.flatness import GRID, Reference, ReferenceTable
 from drake_aerial.dynamics.path_clearance import cables_inside, surface_distances
 from drake_aerial.dynamics.path_limits import CarriedPayload, PathLimits
 from drake_aerial.geometry import Array
+from drake_aerial.io.records import Vector
 from drake_aerial.references.trajectory import Trajectory
 from drake_aerial.statics.gravity import GRAVITY
 
@@ -111,7 +112,7 @@ class PathCheck:
 
     demands: tuple[Demand, ...]
     limits: PathLimits
-    winds: tuple[tuple[float, ...], ...] = ()
+    winds: tuple[Vector, ...] = ((0.0, 0.0, 0.0),)
     unchecked: tuple[str, ...] = ()
 
     @property
@@ -175,37 +176,52 @@ def check_path(
     (False, 'thrust')
     """
     limits = limits or PathLimits()
-    t, reference = _sampled(trajectory, carried)
-    demands = _demands(trajectory, carried, limits, t, reference)
+    demands = path_demands(trajectory, carried, limits)
     unchecked: tuple[str, ...] = ()
     if len(carried.faces):
-        demands += _clearances(carried, limits, t, reference)
+        found = [
+            _clearances(carried, limits, *_sampled(trajectory, carried, wind))
+            for wind in winds_of(carried)
+        ]
+        demands += _worst(found)
     else:
         unchecked = ("clearance of the payload: its surface is not known",)
-    return PathCheck(tuple(demands), limits, unchecked=unchecked)
+    return PathCheck(tuple(demands), limits, winds_of(carried), unchecked)
+
+
+def winds_of(carried: CarriedPayload) -> tuple[Vector, ...]:
+    """Return the winds for which a path is checked; none but still air without air in the model."""
+    return carried.winds if carried.model.air is not None else ((0.0, 0.0, 0.0),)
 
 
 def path_demands(
     trajectory: Trajectory, carried: CarriedPayload, limits: PathLimits
 ) -> list[Demand]:
     """Return what a path needs, without its clearance from the payload, which takes longer."""
-    return _demands(trajectory, carried, limits, *_sampled(trajectory, carried))
+    found = []
+    for wind in winds_of(carried):
+        t, reference = _sampled(trajectory, carried, wind)
+        demands = [*force_demands(carried, limits, t, reference)]
+        found.append([*demands, *_distances(carried, limits, t, reference)])
+    return [*_steps(trajectory), *_worst(found)]
 
 
-def _sampled(trajectory: Trajectory, carried: CarriedPayload) -> tuple[Array, Reference]:
+def _sampled(
+    trajectory: Trajectory, carried: CarriedPayload, wind: Vector
+) -> tuple[Array, Reference]:
     """Return times (T,) [s] and the reference there."""
     t: Array = np.arange(np.ceil(trajectory.duration / GRID) + 1.0) * GRID
-    return t, ReferenceTable(carried.model, trajectory).at(t)
+    return t, table_of(carried, trajectory, wind).at(t)
 
 
-def _demands(
-    trajectory: Trajectory, carried: CarriedPayload, limits: PathLimits, t: Array, at: Reference
-) -> list[Demand]:
-    return [
-        *_steps(trajectory),
-        *force_demands(carried, limits, t, at),
-        *_distances(carried, limits, t, at),
-    ]
+def table_of(carried: CarriedPayload, trajectory: Trajectory, wind: Vector) -> ReferenceTable:
+    """Return the table of a trajectory in a wind."""
+    return ReferenceTable(carried.model, trajectory, *((np.array(wind),) if any(wind) else ()))
+
+
+def _worst(found: list[list[Demand]]) -> list[Demand]:
+    """Return of lists of the same demands, one for each wind, those with the least margins."""
+    return [min(demands, key=lambda demand: demand.margin) for demands in zip(*found)]
 
 
 def force_demands(
@@ -267,7 +283,7 @@ def force_quantities(
     # The force of a cable has the direction of the cable; one that points down would have to push.
     size = np.linalg.norm(reference.mu, axis=2)
     tension = np.where(reference.mu[:, :, 2] > 0.0, size, -size)
-    taut = limits.tension * GRAVITY * model.mass / model.n
+    taut = limits.tension * GRAVITY * model.hanging_mass / model.n
     yield Quantity("tension", "N", tension, np.full(model.n, taut), upper=False)
     pull = np.vecdot(reference.mu, carried.normal_L @ np.swapaxes(reference.R, 1, 2))
     held = (1.0 - limits.gripper_margin) * carried.holding_force
@@ -358,8 +374,3 @@ def _smallest(what: str, unit: str, t: Array, values: Array, limits: Array) -> D
     k, i = np.unravel_index(int(np.argmin(values - limits)), values.shape)
     low = float(limits[i])
     return Demand(what, float(values[k, i]), low, unit, float(t[k]), int(i) + 1, upper=False)
-
-
-def first_violation(checks: Sequence[PathCheck]) -> Demand | None:
-    """Return the first demand of several checks that is beyond its limit, or None."""
-    return next((d for check in checks for d in check.violations), None)

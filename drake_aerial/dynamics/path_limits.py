@@ -10,7 +10,7 @@ from annotated_types import Lt
 
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
 from drake_aerial.geometry import Array
-from drake_aerial.io.records import NonNegative, Positive, record
+from drake_aerial.io.records import NonNegative, Positive, Vector, record
 
 
 @record(frozen=True)
@@ -40,6 +40,10 @@ class PathLimits:
     """Smallest free distance between a quadrotor's rotor guard and the payload [m]."""
 
 
+LIMITS = PathLimits()
+"""The limits of a flight that names none."""
+
+
 @dataclass(frozen=True, eq=False)
 class CarriedPayload:
     """A payload on the cables of a team, as the check of a path needs it.
@@ -56,6 +60,9 @@ class CarriedPayload:
         Radius of the rotor guard of each quadrotor [m].
     vertices, faces : (V, 3) array [m], (F, 3) int array
         Surface of the payload in L; empty to leave the clearance unchecked.
+    winds : tuple of (3,) tuples
+        Velocities of the air in the world for each of which a path must be possible [m/s]; they
+        count only if the model has air.
 
     Examples
     --------
@@ -73,6 +80,7 @@ class CarriedPayload:
     guard_radius: Array
     vertices: Array = field(default_factory=lambda: np.zeros((0, 3)), repr=False)
     faces: Array = field(default_factory=lambda: np.zeros((0, 3), dtype=int), repr=False)
+    winds: tuple[Vector, ...] = ((0.0, 0.0, 0.0),)
 
     @classmethod
     def of_model(cls, model: PayloadModelParameters) -> CarriedPayload:

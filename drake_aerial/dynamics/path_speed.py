@@ -91,7 +91,7 @@ def _half_spaces(
         most = (1.0 - limits.thrust_margin) * model.max_thrust[i]
         rows += [ball @ thrust[i], cone @ thrust[i], -(up @ thrust[i])[None], -(up @ pull[i])[None]]
         least = max((1.0 + limits.thrust_margin) * model.min_thrust[i], (1.0 - share) * hover)
-        taut = limits.tension * GRAVITY * model.mass / n
+        taut = limits.tension * GRAVITY * model.hanging_mass / n
         bounds += [np.full(len(ball), hover + share * (most - hover)), np.zeros(_AZIMUTHS)]
         bounds += [np.array([-least]), np.array([-taut])]
         held = (1.0 - limits.gripper_margin) * carried.holding_force[i]

@@ -1,7 +1,7 @@
 """Options of a flight: belief, controller, trajectory and team."""
 
 from collections.abc import Callable
-from dataclasses import field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -14,7 +14,7 @@ from drake_aerial.control.controller_parameters import CONTROLLERS as DEFAULTS
 from drake_aerial.control.controller_parameters import ControllerParameters
 from drake_aerial.control.geometric import GeometricController
 from drake_aerial.control.mpc.payload_mpc import PayloadMpc
-from drake_aerial.dynamics.path_limits import PathLimits
+from drake_aerial.dynamics.path_limits import LIMITS, PathLimits
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
 from drake_aerial.errors import InputError
 from drake_aerial.estimation.observation import PositionFilter
@@ -80,7 +80,7 @@ class FlightOptions:
     retime: Retiming | None = None
     """slower: impossible parts of the path take as long as they need; fastest: the path is flown as
     fast as the limits permit; None: the path is flown as it is, or refused."""
-    path_limits: PathLimits | None = field(default_factory=PathLimits)
+    path_limits: PathLimits | None = LIMITS
     """Margins of the check of the path before take-off; None to check nothing."""
 
     def __post_init__(self) -> None:

@@ -12,7 +12,9 @@ from drake_aerial.dynamics.path_check import PathCheck, check_path
 from drake_aerial.dynamics.path_limits import CarriedPayload, PathLimits
 from drake_aerial.dynamics.retiming import retime, slowing_factor
 from drake_aerial.errors import JobError
+from drake_aerial.io.records import Vector
 from drake_aerial.plant.team_lift import own_masses
+from drake_aerial.plant.wind import WindParameters
 from drake_aerial.references.retimed import Move, parts_of
 from drake_aerial.references.trajectory import Trajectory
 from drake_aerial.simulation.beliefs import believed_model
@@ -32,10 +34,13 @@ class PreparedPath:
     trajectory : Trajectory
     record : dict or None
         Entry `path_check` of a flight's configuration; None if the path was not checked.
+    notes : tuple of str
+        What was changed, and what is flown although it is impossible.
     """
 
     trajectory: Trajectory
     record: dict[str, Any] | None
+    notes: tuple[str, ...] = ()
 
 
 def carried_payload(
@@ -81,7 +86,24 @@ def carried_payload(
         np.array([_GUARD * quadrotor.arm for quadrotor in quadrotors]),
         payload.vertices if known else np.zeros((0, 3)),
         payload.faces if known else np.zeros((0, 3), dtype=int),
+        winds_of(parameters.wind),
     )
+
+
+def winds_of(wind: WindParameters | None) -> tuple[Vector, ...]:
+    """Return the velocities of the air for which a path is checked [m/s].
+
+    They are the mean wind and the peak of the gust, each with two standard deviations of the
+    turbulence along the mean wind.
+    """
+    if wind is None:
+        return ((0.0, 0.0, 0.0),)
+    mean, gust = np.array(wind.mean), np.array(wind.gust)
+    speed = float(np.linalg.norm(mean))
+    along = mean / speed if speed > 0.0 else np.array([1.0, 0.0, 0.0])
+    more = np.zeros(3) if wind.turbulence is None else 2.0 * wind.turbulence.intensity[0] * along
+    found = dict.fromkeys(tuple((mean + part + more).tolist()) for part in (0.0 * gust, gust))
+    return tuple((x, y, z) for x, y, z in found)
 
 
 def prepare_path(
@@ -113,14 +135,23 @@ def prepare_path(
     """
     if limits is None:
         return PreparedPath(trajectory, None)
-    flown, retimed = trajectory, None
+    flown: Trajectory = trajectory
+    retimed: dict[str, Any] | None = None
     if retiming is not None:
         flown = retime(trajectory, carried, limits, mode=retiming)
         retimed = {"mode": retiming, "moves": _durations(trajectory, flown)}
     check = check_path(flown, carried, limits)
     if not (check.feasible or force):
         raise JobError(_refusal(check, trajectory, carried, limits))
-    return PreparedPath(flown, {**check.to_dict(), "retimed": retimed})
+    notes = [f"flown by force, although {violation}" for violation in check.violations]
+    if retimed is not None:
+        notes += [
+            f"retimed ({retiming}): {move['phase']} takes {move['flown_s']:.2f} s instead of "
+            f"{move['asked_s']:.2f} s"
+            for move in retimed["moves"]
+            if move["flown_s"] != move["asked_s"]
+        ]
+    return PreparedPath(flown, {**check.to_dict(), "retimed": retimed}, tuple(notes))
 
 
 def _durations(before: Trajectory, after: Trajectory) -> list[dict[str, Any]]:

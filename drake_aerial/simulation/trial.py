@@ -11,7 +11,7 @@ from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.contacts.scan_lookup import find_scan
 from drake_aerial.contacts.solutions import ContactSolutions
 from drake_aerial.control.controller_parameters import ControllerParameters
-from drake_aerial.dynamics.path_limits import PathLimits
+from drake_aerial.dynamics.path_limits import LIMITS, PathLimits
 from drake_aerial.errors import InputError, JobError
 from drake_aerial.plant.cable import CableParameters
 from drake_aerial.plant.payload import Payload
@@ -23,8 +23,6 @@ from drake_aerial.simulation.outcome import Progress
 from drake_aerial.simulation.station_parameters import StationParameters
 from drake_aerial.simulation.suspended_payload import SuspendedPayload
 from drake_aerial.simulation.trial_result import TrialResult
-
-_LIMITS = PathLimits()
 
 
 def prepare_flight(
@@ -44,7 +42,7 @@ def prepare_flight(
     mass_ratio: float = 1.0,
     after_drop: float = 3.0,
     retime: Retiming | None = None,
-    path_limits: PathLimits | None = _LIMITS,
+    path_limits: PathLimits | None = LIMITS,
     force: bool = False,
 ) -> Flight:
     """Return the `Flight` of a contact solution, to be run with many seeds.
@@ -125,7 +123,7 @@ def fly(
     mass_ratio: float = 1.0,
     after_drop: float = 3.0,
     retime: Retiming | None = None,
-    path_limits: PathLimits | None = _LIMITS,
+    path_limits: PathLimits | None = LIMITS,
     force: bool = False,
 ) -> TrialResult:
     """Fly one solution of a transfer, from the ground.

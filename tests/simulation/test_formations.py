@@ -36,6 +36,7 @@ def geometric(plate, name, trajectory=CIRCLE, parameters=EXACT):
             trajectory=trajectory,
             parameters=parameters,
             controller_options=options,
+            path_limits=None,
         ),
     ).run()
 

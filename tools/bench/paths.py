@@ -3,7 +3,7 @@
 
 "random": lines, legs and circles of random size and duration for four set-ups. Paths that the
 check accepts are flown, and of those that it refuses the retimed ones and, with --forced, the paths
-themselves. The station has 1 cm of noise on the measured position, the controller knows the payload.
+themselves. The measured position has 1 cm of noise; the controller knows the payload.
 "optimum": lines in a vertical plane, by the fastest retiming and by Drake's DirectCollocation of a
 slung load (a point mass on one cable), with the payload on the line and without.
 

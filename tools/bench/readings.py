@@ -63,7 +63,9 @@ def flight(label: str, seeds: int, **options) -> None:
     payload = Payload.read("box_68x61x28")
     suspension = SuspendedPayload.from_contacts(payload, [[0.0, 0.0, 0.14]], [[0.0, 0.0, 1.0]])
     try:
-        ready = Flight(suspension, FlightOptions(**{"belief": "true", **options}))
+        ready = Flight(
+            suspension, FlightOptions(**{"belief": "true", "path_limits": None, **options})
+        )
     except DrakeAerialError as error:
         print(f"{label:34s} refused: {error}", flush=True)
         return
