@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.optimize import minimize
 
-from drake_aerial.dynamics.path_check import force_quantities, table_of, winds_of
+from drake_aerial.dynamics.path_check import BEFORE, force_quantities, table_of, winds_of
 from drake_aerial.dynamics.path_limits import CarriedPayload, PathLimits
 from drake_aerial.geometry import Array
 from drake_aerial.references.retimed import Move, MoveTrajectory, SplineLaw
@@ -49,11 +49,11 @@ def faster_law(
         at = law_of(x)
         t = np.linspace(0.0, at.duration, _SAMPLES)
         path = MoveTrajectory.of(move, at, yaw)
-        found = [
-            quantity.margins.ravel()
-            for wind in winds_of(carried)
-            for quantity in force_quantities(carried, limits, table_of(carried, path, wind).at(t))
-        ]
+        found = []
+        for wind in winds_of(carried):
+            table = table_of(carried, path, wind)
+            quantities = force_quantities(carried, limits, table.at(t), table.at(BEFORE))
+            found += [quantity.margins.ravel() for quantity in quantities]
         return np.concatenate(found)
 
     bounds = [(x0[0] - 1.5, x0[0] + 0.5)] + [(0.0, 1.0)] * (_POINTS - 1)

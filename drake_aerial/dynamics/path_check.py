@@ -14,10 +14,11 @@ from drake_aerial.dynamics.path_limits import CarriedPayload, PathLimits
 from drake_aerial.geometry import Array
 from drake_aerial.io.records import Vector
 from drake_aerial.references.trajectory import Trajectory
-from drake_aerial.statics.gravity import GRAVITY
 
 _POSITION_STEP, _VELOCITY_STEP = 1e-3, 0.05
 """Largest steps of position [m] and velocity [m/s] between two segments of a path."""
+BEFORE = np.array([-np.inf])
+"""A time before every path, for `ReferenceTable.at`: at rest [s]."""
 _ROUNDING = 0.02
 """Positions in L that are closer than this count as one for the clearance [m]."""
 
@@ -180,7 +181,7 @@ def check_path(
     unchecked: tuple[str, ...] = ()
     if len(carried.faces):
         found = [
-            _clearances(carried, limits, *_sampled(trajectory, carried, wind))
+            _clearances(carried, limits, *_sampled(trajectory, carried, wind)[:2])
             for wind in winds_of(carried)
         ]
         demands += _worst(found)
@@ -200,18 +201,19 @@ def path_demands(
     """Return what a path needs, without its clearance from the payload, which takes longer."""
     found = []
     for wind in winds_of(carried):
-        t, reference = _sampled(trajectory, carried, wind)
-        demands = [*force_demands(carried, limits, t, reference)]
+        t, reference, rest = _sampled(trajectory, carried, wind)
+        demands = [*force_demands(carried, limits, t, reference, rest)]
         found.append([*demands, *_distances(carried, limits, t, reference)])
     return [*_steps(trajectory), *_worst(found)]
 
 
 def _sampled(
     trajectory: Trajectory, carried: CarriedPayload, wind: Vector
-) -> tuple[Array, Reference]:
-    """Return times (T,) [s] and the reference there."""
+) -> tuple[Array, Reference, Reference]:
+    """Return times (T,) [s], the reference there, and at rest (batch 1)."""
     t: Array = np.arange(np.ceil(trajectory.duration / GRID) + 1.0) * GRID
-    return t, table_of(carried, trajectory, wind).at(t)
+    table = table_of(carried, trajectory, wind)
+    return t, table.at(t), table.at(BEFORE)
 
 
 def table_of(carried: CarriedPayload, trajectory: Trajectory, wind: Vector) -> ReferenceTable:
@@ -225,7 +227,7 @@ def _worst(found: list[list[Demand]]) -> list[Demand]:
 
 
 def force_demands(
-    carried: CarriedPayload, limits: PathLimits, t: Array, reference: Reference
+    carried: CarriedPayload, limits: PathLimits, t: Array, reference: Reference, rest: Reference
 ) -> Iterator[Demand]:
     """Yield what a reference needs of thrusts, tilts, tensions and grippers.
 
@@ -235,10 +237,10 @@ def force_demands(
     limits : PathLimits
     t : (T,) array
         Times [s].
-    reference : Reference
-        Batch T.
+    reference, rest : Reference
+        As in `force_quantities`.
     """
-    for quantity in force_quantities(carried, limits, reference):
+    for quantity in force_quantities(carried, limits, reference, rest):
         choose = _largest if quantity.upper else _smallest
         yield choose(quantity.what, quantity.unit, t, quantity.values, quantity.limits)
 
@@ -270,25 +272,60 @@ class Quantity(NamedTuple):
 
 
 def force_quantities(
-    carried: CarriedPayload, limits: PathLimits, reference: Reference
-) -> Iterator[Quantity]:
-    """Yield thrusts, tilts, tensions and loads of the grippers along a reference (batch T)."""
+    carried: CarriedPayload, limits: PathLimits, reference: Reference, rest: Reference
+) -> list[Quantity]:
+    """Return thrusts, tilts, tensions and loads of the grippers along a reference (batch T).
+
+    Parameters
+    ----------
+    carried : CarriedPayload
+    limits : PathLimits
+    reference : Reference
+        Batch T.
+    rest : Reference
+        At rest, batch 1; margins are parts of what is left of a limit there.
+    """
     model = carried.model
-    thrust = np.linalg.norm(reference.F, axis=2)
-    yield Quantity("thrust", "N", thrust, (1.0 - limits.thrust_margin) * model.max_thrust)
-    low = (1.0 + limits.thrust_margin) * model.min_thrust
-    yield Quantity("least thrust", "N", thrust, low, upper=False)
+    thrust, hover = _thrusts(reference), _thrusts(rest)[0]
     tilt = np.arccos(np.clip(reference.F[:, :, 2] / np.maximum(thrust, 1e-9), -1.0, 1.0))
-    yield Quantity("tilt", "rad", tilt, np.full(model.n, limits.tilt))
-    # The force of a cable has the direction of the cable; one that points down would have to push.
+    margin = limits.thrust_margin
+    quantities = [
+        Quantity("thrust", "N", thrust, _shortened(model.max_thrust, hover, margin)),
+        Quantity("least thrust", "N", thrust, _shortened(model.min_thrust, hover, margin), False),
+        Quantity("tilt", "rad", tilt, np.full(model.n, limits.tilt)),
+    ]
+    taut = np.maximum(limits.tension * _tensions(rest)[0], 0.0)
+    quantities.append(Quantity("tension", "N", _tensions(reference), taut, False))
+    if np.isfinite(carried.holding_force).any():
+        load = _pulls(carried, rest)[0]
+        held = _shortened(carried.holding_force, load, limits.gripper_margin)
+        quantities.append(Quantity("gripper", "N", _pulls(carried, reference), held))
+    return quantities
+
+
+def _shortened(limits: Array, rest: Array, margin: float) -> Array:
+    """Return limits that are closer to rest by a part of their distance from it."""
+    with np.errstate(invalid="ignore"):
+        kept: Array = np.where(np.isfinite(limits), limits - margin * (limits - rest), limits)
+    return kept
+
+
+def _thrusts(reference: Reference) -> Array:
+    """Return the thrusts (T, n) [N]."""
+    thrusts: Array = np.linalg.norm(reference.F, axis=2)
+    return thrusts
+
+
+def _tensions(reference: Reference) -> Array:
+    """Return the tensions (T, n) [N]; negative where a cable would have to push."""
     size = np.linalg.norm(reference.mu, axis=2)
-    tension = np.where(reference.mu[:, :, 2] > 0.0, size, -size)
-    taut = limits.tension * GRAVITY * model.hanging_mass / model.n
-    yield Quantity("tension", "N", tension, np.full(model.n, taut), upper=False)
-    pull = np.vecdot(reference.mu, carried.normal_L @ np.swapaxes(reference.R, 1, 2))
-    held = (1.0 - limits.gripper_margin) * carried.holding_force
-    if np.isfinite(held).any():
-        yield Quantity("gripper", "N", pull, held)
+    return np.where(reference.mu[:, :, 2] > 0.0, size, -size)
+
+
+def _pulls(carried: CarriedPayload, reference: Reference) -> Array:
+    """Return the pulls (T, n) at the grippers along their normals [N]."""
+    pulls: Array = np.vecdot(reference.mu, carried.normal_L @ np.swapaxes(reference.R, 1, 2))
+    return pulls
 
 
 def _distances(

@@ -24,16 +24,14 @@ class PathLimits:
     1.05
     """
 
-    thrust_margin: Annotated[NonNegative, Lt(0.5)] = 0.05
-    """Part of the largest thrust that stays free for feedback, and excess over the smallest thrust
-    (dimensionless)."""
+    thrust_margin: Annotated[NonNegative, Lt(1.0)] = 0.15
+    """Part of the thrust between rest and a limit that stays free for feedback (dimensionless)."""
     tilt: Annotated[Positive, Lt(np.pi / 2)] = 1.05
     """Largest angle between a quadrotor's thrust and the vertical [rad]."""
-    tension: NonNegative = 0.05
-    """Lowest tension of a cable, as a fraction of its equal share of the payload's weight
-    (dimensionless)."""
+    tension: Annotated[NonNegative, Lt(1.0)] = 0.05
+    """Lowest tension of a cable, as a fraction of its tension at rest (dimensionless)."""
     gripper_margin: Annotated[NonNegative, Lt(1.0)] = 0.1
-    """Part of a gripper's holding force that stays free (dimensionless)."""
+    """Part of a gripper's holding force beyond its load at rest that stays free (dimensionless)."""
     distance: NonNegative = 0.05
     """Smallest free distance between the rotor guards of two quadrotors [m]."""
     clearance: NonNegative = 0.02

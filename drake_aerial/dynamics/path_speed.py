@@ -88,19 +88,20 @@ def _half_spaces(
     up = np.array([0.0, 0.0, 1.0])
     for i in range(n):
         hover = float(np.linalg.norm(thrust[i] @ up) * GRAVITY)
-        most = (1.0 - limits.thrust_margin) * model.max_thrust[i]
+        used = share * (1.0 - limits.thrust_margin)
+        most = hover + used * (model.max_thrust[i] - hover)
+        least = hover - used * (hover - model.min_thrust[i])
+        rest = pull[i] @ up
+        load = float(rest[2] * GRAVITY)
         rows += [ball @ thrust[i], cone @ thrust[i], -(up @ thrust[i])[None], -(up @ pull[i])[None]]
-        least = max((1.0 + limits.thrust_margin) * model.min_thrust[i], (1.0 - share) * hover)
-        taut = limits.tension * GRAVITY * model.hanging_mass / n
-        bounds += [np.full(len(ball), hover + share * (most - hover)), np.zeros(_AZIMUTHS)]
-        bounds += [np.array([-least]), np.array([-taut])]
-        held = (1.0 - limits.gripper_margin) * carried.holding_force[i]
+        bounds += [np.full(len(ball), most), np.zeros(_AZIMUTHS)]
+        bounds += [np.array([-least]), np.array([-limits.tension * load])]
+        cosine = float(carried.normal_L[i] @ R.T @ rest / np.linalg.norm(rest))
+        held = carried.holding_force[i] / max(cosine, 0.1)
         if np.isfinite(held):
-            # The load in the direction of the normal of a payload that hangs at rest.
-            rest = pull[i] @ up
-            cosine = float(carried.normal_L[i] @ R.T @ rest / np.linalg.norm(rest))
+            # The normal leans to the load as that of a payload at rest.
             rows.append(ball @ pull[i])
-            bounds.append(np.full(len(ball), held / max(cosine, 0.1)))
+            bounds.append(np.full(len(ball), held - limits.gripper_margin * (held - load)))
     return np.concatenate(rows), np.concatenate(bounds)
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import field
-
 from drake_aerial.choices import SensorLevel
 from drake_aerial.io.records import NonNegative, Positive, record
 
@@ -30,13 +28,6 @@ class Measurement:
     """Age of a sample when it is first read, a multiple of the plant's time step [s]."""
 
 
-def _measured(noise: float, bias: float, period: float = 0.01, delay: float = 0.01) -> Measurement:
-    field_: Measurement = field(
-        default_factory=lambda: Measurement(noise, bias, period=period, delay=delay)
-    )
-    return field_
-
-
 @record(frozen=True)
 class SensorParameters:
     """Sensors of a flight. The defaults are those of a laboratory with motion capture.
@@ -61,27 +52,27 @@ class SensorParameters:
     level: SensorLevel = "payload"
     """What is measured: payload (motion capture of everything), cables (quadrotors, and the cables'
     angles at them) or vehicles (quadrotors alone)."""
-    payload_position: Measurement = _measured(0.001, 0.001)
+    payload_position: Measurement = Measurement(noise=0.001, bias=0.001, delay=0.01)
     """Position of L's origin [m]; level payload."""
-    payload_attitude: Measurement = _measured(0.005, 0.005)
+    payload_attitude: Measurement = Measurement(noise=0.005, bias=0.005, delay=0.01)
     """Attitude of the payload [rad]; level payload."""
-    payload_velocity: Measurement = _measured(0.01, 0.0)
+    payload_velocity: Measurement = Measurement(noise=0.01, delay=0.01)
     """Velocity of L's origin [m/s]; level payload."""
-    payload_rate: Measurement = _measured(0.02, 0.0)
+    payload_rate: Measurement = Measurement(noise=0.02, delay=0.01)
     """Angular velocity of the payload [rad/s]; level payload."""
-    quadrotor_position: Measurement = _measured(0.001, 0.001)
+    quadrotor_position: Measurement = Measurement(noise=0.001, bias=0.001, delay=0.01)
     """Position of each quadrotor [m]."""
-    quadrotor_attitude: Measurement = _measured(0.005, 0.005)
+    quadrotor_attitude: Measurement = Measurement(noise=0.005, bias=0.005, delay=0.01)
     """Attitude of each quadrotor [rad]."""
-    quadrotor_velocity: Measurement = _measured(0.01, 0.0)
+    quadrotor_velocity: Measurement = Measurement(noise=0.01, delay=0.01)
     """Velocity of each quadrotor [m/s]."""
-    quadrotor_rate: Measurement = _measured(0.003, 0.002, 0.01, 0.0)
+    quadrotor_rate: Measurement = Measurement(noise=0.003, bias=0.002)
     """Angular velocity of each quadrotor, by its gyroscope [rad/s]."""
-    specific_force: Measurement = _measured(0.02, 0.05, 0.01, 0.0)
+    specific_force: Measurement = Measurement(noise=0.02, bias=0.05)
     """Acceleration of each quadrotor less gravity, by its accelerometer [m/s^2]."""
-    rotor_speed: Measurement = _measured(30.0, 0.0, 0.01, 0.0)
+    rotor_speed: Measurement = Measurement(noise=30.0)
     """Speed of each propeller [rpm]."""
-    cable_direction: Measurement = _measured(0.001, 0.009, 0.01, 0.0)
+    cable_direction: Measurement = Measurement(noise=0.001, bias=0.009)
     """Direction of each cable [rad]; level cables. Level payload computes it from the positions."""
-    cable_rate: Measurement = _measured(0.02, 0.0, 0.01, 0.0)
+    cable_rate: Measurement = Measurement(noise=0.02)
     """Rate of the direction of each cable [1/s]; level cables."""

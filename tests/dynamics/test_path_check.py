@@ -44,8 +44,9 @@ def test_at_rest_the_demands_are_those_of_statics():
 def test_on_a_steady_circle_the_thrust_is_that_of_a_conical_pendulum():
     turn = TransportTrajectory.airborne(radius=1.0, turns=2.0, circle_time=6.0, timing="constant")
     t = np.linspace(2.5, 3.5, 50)
-    reference = ReferenceTable(BOX, turn).at(t)
-    demands = force_demands(CarriedPayload.of_model(BOX), NO_MARGIN, t, reference)
+    table = ReferenceTable(BOX, turn)
+    carried = CarriedPayload.of_model(BOX)
+    demands = force_demands(carried, NO_MARGIN, t, table.at(t), table.at([-1.0]))
     thrust = next(demand for demand in demands if demand.what == "thrust")
     rate = 2.0 * np.pi / 3.0
     # Payload and cable are one line from the centre of mass to the quadrotor, 0.6 m.
@@ -66,8 +67,8 @@ def test_a_centre_of_mass_off_the_contact_tilts_the_normal_away_from_the_load():
     [
         ({"holding_force": np.array([2.0])}, "gripper"),
         ({"limits": PathLimits(tilt=0.05)}, "tilt"),
-        ({"limits": PathLimits(tension=1.1)}, "tension"),
-        ({"limits": PathLimits(thrust_margin=0.3)}, "thrust"),
+        ({"limits": PathLimits(tension=0.95)}, "tension"),
+        ({"limits": PathLimits(thrust_margin=0.9)}, "thrust"),
     ],
 )
 def test_each_limit_alone_makes_a_path_impossible(change, what):
@@ -77,7 +78,9 @@ def test_each_limit_alone_makes_a_path_impossible(change, what):
         change.get("holding_force", np.array([20.0])),
         np.array([0.12]),
     )
-    line = LineTrajectory(line_time=2.5, ground_time=0.0, lift_time=0.0)
+    # It falls by half a metre, so that the cable is relieved.
+    way = (0.5, 0.0, -0.5)
+    line = LineTrajectory(displacement=way, line_time=2.5, ground_time=0.0, lift_time=0.0)
     assert check_path(line, carried).feasible == ("limits" in change)
     check = check_path(line, carried, change.get("limits"))
     assert [demand.what for demand in check.violations] == [what]
@@ -85,6 +88,17 @@ def test_each_limit_alone_makes_a_path_impossible(change, what):
     record = check.to_dict()
     assert not record["feasible"]
     assert record["margins"][what]["unit"] in ("N", "rad")
+
+
+def test_margins_are_parts_of_what_rest_leaves_of_a_limit():
+    # A payload so heavy that rest leaves 0.1 N of the thrust can still be held.
+    heavy = PayloadModelParameters((7.07 - 0.1) / GRAVITY - 0.25, 0.006 * np.eye(3), [[0, 0, 0.1]])
+    carried = CarriedPayload.of_model(heavy)
+    thrust = of(check_path(HoverTrajectory(hover_time=1.0), carried), "thrust")
+    assert thrust.kept
+    assert thrust.limit == pytest.approx(7.07 - 0.15 * 0.1)
+    least = of(check_path(HoverTrajectory(hover_time=1.0), carried), "least thrust")
+    assert least.limit == pytest.approx(0.8 + 0.15 * (6.97 - 0.8))
 
 
 def test_a_velocity_step_is_named_with_its_size_and_time():

@@ -122,7 +122,10 @@ def test_a_weak_magnet_drops_the_payload(hang, quick, cable):
         cable=CableParameters(cable), gripper=GripperParameters(holding_force=2.0)
     )
     result = Flight(
-        hang(), FlightOptions(controller="geometric", trajectory=quick, parameters=parameters)
+        hang(),
+        FlightOptions(
+            controller="geometric", trajectory=quick, parameters=parameters, path_limits=None
+        ),
     ).run()
     assert result.outcome == "dropped"
     assert 0.5 < result.metrics["outcome_time_s"] < 1.5
@@ -136,7 +139,8 @@ def test_a_weak_magnet_drops_the_payload(hang, quick, cable):
 def test_a_crash_is_recorded(hang, quick):
     # The reference sinks through the ground.
     down = replace(quick, lift_height=0.5, approach=(0.2, 0.0, -0.7))
-    result = Flight(hang(), FlightOptions(controller="geometric", trajectory=down)).run()
+    options = FlightOptions(controller="geometric", trajectory=down, path_limits=None)
+    result = Flight(hang(), options).run()
     assert result.outcome == "crashed"
     assert result.metrics["outcome_reason"] == "the payload touched the ground"
     assert result.series["time"][-1] < 6.0
@@ -144,7 +148,8 @@ def test_a_crash_is_recorded(hang, quick):
 
 def test_a_flight_that_runs_away_diverged(hang, quick):
     far = replace(quick, approach=(40.0, 0.0, 0.0))
-    result = Flight(hang(), FlightOptions(controller="geometric", trajectory=far)).run()
+    options = FlightOptions(controller="geometric", trajectory=far, path_limits=None)
+    result = Flight(hang(), options).run()
     assert result.outcome == "diverged"
     assert "m from the reference" in result.metrics["outcome_reason"]
     json.dumps(result.metrics, allow_nan=False)

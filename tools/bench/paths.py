@@ -169,8 +169,9 @@ def collocated(goal, on_line, guess):
         system, system.CreateDefaultContext(), KNOTS, 0.2 * guess / KNOTS, 2.0 * guess / KNOTS
     )
     program.AddEqualTimeIntervalsConstraints()
-    most = (1.0 - LIMITS.thrust_margin) * 7.07
-    least = (1.0 + LIMITS.thrust_margin) * 0.8
+    hover = GRAVITY * (MASS + OWN)
+    most = 7.07 - LIMITS.thrust_margin * (7.07 - hover)
+    least = 0.8 + LIMITS.thrust_margin * (hover - 0.8)
     u, s = program.input(), program.state()
     program.AddConstraintToAllKnotPoints(u[0] ** 2 + u[1] ** 2 <= most**2)
     program.AddConstraintToAllKnotPoints(u[0] ** 2 + u[1] ** 2 >= least**2)
