@@ -3,10 +3,12 @@
 import numpy as np
 from scipy.optimize import minimize
 
-from drake_aerial.dynamics.path_check import BEFORE, force_quantities, table_of, winds_of
+from drake_aerial.dynamics.path_check import BEFORE, table_of, winds_of
+from drake_aerial.dynamics.path_demands import force_quantities
 from drake_aerial.dynamics.path_limits import CarriedPayload, PathLimits
 from drake_aerial.geometry import Array
-from drake_aerial.references.retimed import Move, MoveTrajectory, SplineLaw
+from drake_aerial.references.retimed import Move, MoveTrajectory
+from drake_aerial.references.spline_law import SplineLaw
 
 _POINTS = 12
 """Control points of the law."""

@@ -13,16 +13,8 @@ from drake_aerial.dynamics.path_limits import CarriedPayload, PathLimits
 from drake_aerial.dynamics.path_speed import fastest_progress
 from drake_aerial.errors import InputError, JobError
 from drake_aerial.geometry import Array
-from drake_aerial.references.retimed import (
-    Law,
-    Move,
-    MoveTrajectory,
-    RetimedTrajectory,
-    SplineLaw,
-    duration_of,
-    parts_of,
-    slowed,
-)
+from drake_aerial.references.retimed import Move, MoveTrajectory, RetimedTrajectory, parts_of
+from drake_aerial.references.spline_law import Law, SplineLaw, duration_of, slowed
 from drake_aerial.references.trajectory import HoverTrajectory, Trajectory
 
 _PRECISION = 0.005

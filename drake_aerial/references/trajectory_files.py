@@ -7,7 +7,8 @@ from typing import Any
 
 from drake_aerial.errors import InputError
 from drake_aerial.io.strict_yaml import check_keys, nearest, read_mapping
-from drake_aerial.references.retimed import RetimedTrajectory, SplineLaw
+from drake_aerial.references.retimed import RetimedTrajectory
+from drake_aerial.references.spline_law import SplineLaw
 from drake_aerial.references.trajectory import (
     HoverTrajectory,
     LineTrajectory,

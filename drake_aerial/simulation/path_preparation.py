@@ -35,7 +35,7 @@ class PreparedPath:
     record : dict or None
         Entry `path_check` of a flight's configuration; None if the path was not checked.
     notes : tuple of str
-        What was changed, and what is flown although it is impossible.
+        What was changed, what is flown although it is impossible, and warnings.
     """
 
     trajectory: Trajectory
@@ -144,6 +144,7 @@ def prepare_path(
     if not (check.feasible or force):
         raise JobError(_refusal(check, trajectory, carried, limits))
     notes = [f"flown by force, although {violation}" for violation in check.violations]
+    notes += [f"{warning}; that contact is not simulated" for warning in check.warnings]
     if retimed is not None:
         notes += [
             f"retimed ({retiming}): {move['phase']} takes {move['flown_s']:.2f} s instead of "

@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 
 from drake_aerial.dynamics.flatness import ReferenceTable
-from drake_aerial.dynamics.path_check import check_path, force_demands
+from drake_aerial.dynamics.path_check import check_path
 from drake_aerial.dynamics.path_clearance import cables_inside, surface_distances
+from drake_aerial.dynamics.path_demands import force_demands
 from drake_aerial.dynamics.path_limits import CarriedPayload, PathLimits
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
 from drake_aerial.plant.triangles import box
@@ -128,3 +129,17 @@ def test_the_clearance_is_the_distance_from_guard_to_surface():
     assert of(check, "clearance").value == pytest.approx(0.01, abs=1e-6)
     assert [demand.what for demand in check.violations] == ["clearance"]
     assert not check.unchecked
+
+
+def test_a_cable_that_crosses_the_payload_is_a_warning():
+    vertices, faces = box(np.array([0.4, 0.4, 0.2]))
+    # Gripped from below, the cable would have to pass through the box.
+    below = PayloadModelParameters(0.25, 0.006 * np.eye(3), [[0.0, 0.1, -0.1]], (0.0, 0.1, -0.2))
+    carried = CarriedPayload(
+        below, np.array([[0.0, 0.0, -1.0]]), np.array([20.0]), np.array([0.12]), vertices, faces
+    )
+    check = check_path(HoverTrajectory(hover_time=1.0), carried)
+    assert check.feasible
+    assert [str(warning) for warning in check.warnings] == [
+        "the path pulls cable 1 through the payload at t = 0.00 s"
+    ]

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from drake_aerial.errors import InputError
-from drake_aerial.references.retimed import RetimedTrajectory, SplineLaw
+from drake_aerial.references.retimed import RetimedTrajectory
+from drake_aerial.references.spline_law import SplineLaw
 from drake_aerial.references.trajectory import LineTrajectory, TransportTrajectory
 from drake_aerial.references.trajectory_files import trajectory_from_dict, trajectory_to_dict
 
