@@ -175,9 +175,14 @@ class DemonstrationDraft:
         of_bag = self.source is not None and self.cloud.topic is not None
         if of_bag:
             cloud["topic"] = self.cloud.topic
+        up: Any = self.cloud.up
+        if self.source is not None and self.cloud.scene_object is not None:
+            # The scene finds gravity again.
+            cloud["object"] = self.cloud.scene_object["number"]
+            up = self.cloud.scene_object["scene_up"]
         # Without `up`, an IMU of the bag may give another one.
-        if of_bag or not np.array_equal(self.cloud.up, [0.0, 0.0, 1.0]):
-            cloud["up"] = _rounded(self.cloud.up)
+        if up is not None and (of_bag or not np.array_equal(up, [0.0, 0.0, 1.0])):
+            cloud["up"] = _rounded(np.asarray(up))
         if self.cloud.camera is not None:
             cloud["camera"] = self.cloud.camera
         elif self.cloud.viewpoint is not None:

@@ -21,13 +21,26 @@ from drake_aerial.cli import (
     identify,
     learn,
     report,
+    scene,
     study,
     transfer,
     view,
 )
 from drake_aerial.errors import InputError, JobError, one_line
 
-COMMANDS = (demo, learn, transfer, demonstrate, fly, identify, study, report, view, defaults)
+COMMANDS = (
+    demo,
+    learn,
+    scene,
+    transfer,
+    demonstrate,
+    fly,
+    identify,
+    study,
+    report,
+    view,
+    defaults,
+)
 """The commands, in the order of the help."""
 
 

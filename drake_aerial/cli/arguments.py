@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drake_aerial.cli.output import say_assumptions
+from drake_aerial.cli.output import say, say_assumptions
 from drake_aerial.errors import InputError
 
 if TYPE_CHECKING:
@@ -52,17 +52,71 @@ def add_scan(command: argparse.ArgumentParser) -> None:
     )
 
 
+def add_object(command: argparse.ArgumentParser, *, at: bool = True) -> None:
+    """Add the choice of an object, if the scan is a scene."""
+    choice = command.add_mutually_exclusive_group()
+    choice.add_argument(
+        "--object",
+        type=whole_number(2),
+        metavar="N",
+        help="number of the payload in a scene (see `drake-aerial scene`; default: the only one)",
+    )
+    choice.add_argument(
+        "--pixel",
+        type=float,
+        nargs=2,
+        metavar=("U", "V"),
+        help="a pixel on the payload, column and row, instead of its number",
+    )
+    if at:
+        choice.add_argument(
+            "--at",
+            type=float,
+            nargs=3,
+            metavar=AXES,
+            help="a point on the payload in the scan frame [m], instead of its number",
+        )
+    choice.add_argument(
+        "--whole",
+        action="store_true",
+        help="take all points as the payload, whatever is seen in the scan",
+    )
+
+
 def scan_of(arguments: argparse.Namespace) -> PointCloud:
-    """Return the cloud, and print what was assumed about it."""
+    """Return the whole scan."""
     from drake_aerial.named_inputs import read_scan
 
-    cloud = read_scan(
+    return read_scan(
         arguments.cloud,
         viewpoint=arguments.viewpoint,
         up=arguments.up,
         camera=arguments.camera,
         topic=arguments.topic,
     )
+
+
+def object_of(
+    arguments: argparse.Namespace, point: tuple[float, float, float] | None = None
+) -> PointCloud:
+    """Return the chosen object of the scan, and print what was assumed about it.
+
+    If several objects are found and none is chosen, they are listed before the error is raised.
+    A payload's name is a model, not a scene.
+    """
+    from drake_aerial.scene.object_choice import ObjectChoice, ObjectsNotChosenError, chosen_object
+
+    pixel = arguments.pixel
+    choice = ObjectChoice(
+        arguments.object, None if pixel is None else (pixel[0], pixel[1]), point, arguments.whole
+    )
+    cloud = scan_of(arguments)
+    try:
+        if choice or cloud.path is not None:
+            cloud = chosen_object(cloud, choice)
+    except ObjectsNotChosenError as error:
+        say(error.scene.summary())
+        raise
     say_assumptions(cloud.to_record())
     return cloud
 

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from drake_aerial.cli.arguments import AXES, add_scan, scan_of
+from drake_aerial.cli.arguments import AXES, add_object, add_scan, object_of
 from drake_aerial.cli.output import say
 
 
@@ -16,6 +16,7 @@ def add_command(commands: argparse._SubParsersAction) -> None:
         "their positions with --at.",
     )
     add_scan(command)
+    add_object(command, at=False)
     command.add_argument(
         "--out", type=Path, required=True, metavar="DEMONSTRATION.yaml", help="file to write"
     )
@@ -49,7 +50,9 @@ def run(arguments: argparse.Namespace) -> int:
     from drake_aerial.annotation.demonstration_draft import DemonstrationDraft
     from drake_aerial.annotation.demonstration_server import demonstrate
 
-    cloud = scan_of(arguments)
+    chosen = arguments.object or arguments.pixel or arguments.whole
+    contact = None if chosen or arguments.at is None else arguments.at[0]
+    cloud = object_of(arguments, contact)
     cloud.require_up()
     draft = DemonstrationDraft(cloud, cloud.path)
     if arguments.at is None:

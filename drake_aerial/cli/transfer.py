@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING
 from drake_aerial.choices import METHODS
 from drake_aerial.cli.arguments import (
     add_json,
+    add_object,
     add_parameters,
     add_scan,
     add_seed,
-    scan_of,
+    object_of,
     whole_number,
 )
 from drake_aerial.cli.output import print_result, progress_bar, say_assumptions
@@ -36,6 +37,7 @@ def add_command(commands: argparse._SubParsersAction) -> None:
         help="a skill .npz, a demonstration's YAML file, or the name of a shipped demonstration",
     )
     add_scan(command)
+    add_object(command)
     command.add_argument(
         "--out", type=Path, required=True, metavar="contacts.json", help="file to write"
     )
@@ -86,7 +88,7 @@ def run(arguments: argparse.Namespace) -> int:
         parameters = read_parameters("transfer", arguments.parameters)
     if arguments.mass is not None:
         parameters = replace(parameters, lift=default_lift(arguments.mass, len(skill)))
-    cloud = scan_of(arguments)
+    cloud = object_of(arguments, arguments.at)
     with progress_bar("transfer") as progress:
         solutions = transfer(
             skill,

@@ -19,6 +19,7 @@ class AssumptionKind(StrEnum):
     FACES = "faces"
     TOPIC = "topic"
     UNSEEN = "unseen"
+    SCENE = "scene"
 
 
 @dataclass(frozen=True)

@@ -53,6 +53,8 @@ class PointCloud:
         Topic of the points, if the cloud was read from a bag.
     boundary : Boundary or None
         Where the object ends and where it is hidden or cut, if it was found in a scene.
+    scene_object : dict or None
+        Which object of which scene it is, for result files; None for a whole scan.
 
     Examples
     --------
@@ -75,6 +77,7 @@ class PointCloud:
     camera: dict[str, Any] | None = None
     topic: str | None = None
     boundary: Boundary | None = None
+    scene_object: dict[str, Any] | None = None
 
     def to_record(self) -> dict[str, Any]:
         """Return the cloud's record for result files: its source and identity; lengths in m."""
@@ -91,6 +94,8 @@ class PointCloud:
             record["camera"] = self.camera
         if self.topic is not None:
             record["topic"] = self.topic
+        if self.scene_object is not None:
+            record["object"] = self.scene_object
         if self.assumptions:
             record["assumptions"] = [assumption.to_dict() for assumption in self.assumptions]
         return record

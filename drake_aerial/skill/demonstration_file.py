@@ -13,6 +13,7 @@ from drake_aerial.errors import InputError
 from drake_aerial.io import model_files
 from drake_aerial.io.records import (
     Count,
+    Flag,
     Name,
     NonNegative,
     Number,
@@ -23,6 +24,7 @@ from drake_aerial.io.records import (
 )
 from drake_aerial.scene.bags import is_bag, read_bag
 from drake_aerial.scene.depth_image import read_depth_image
+from drake_aerial.scene.object_choice import ObjectChoice, chosen_object
 
 # A face lies within this distance of the box's top [m].
 _TOP = 1e-6
@@ -38,6 +40,10 @@ class CloudEntry:
     """Intrinsics, or their YAML file, if `file` is a depth image."""
     topic: Name | None = None
     """Topic of the points, if `file` is a bag."""
+    object: Annotated[Whole, Ge(2)] | None = None
+    """Number of the payload, if `file` is a scene; None for the only one, or no scene."""
+    whole: Flag = False
+    """Whether all points of `file` are the payload, whatever is seen in them."""
     mesh: Name | None = None
     """A mesh file, relative to the demonstration file, or the name of a shipped mesh."""
     box: tuple[Positive, Positive, Positive] | None = None
@@ -70,6 +76,10 @@ class CloudEntry:
             )
         if self.topic is not None and self.file is None:
             raise InputError("`topic` must be given for a `file` that is a bag only")
+        if self.object is not None and (self.file is None or self.whole):
+            raise InputError(
+                "`object` must be given for a `file` that is a scene, not with `whole`"
+            )
         if self.view == "top" and self.box is None:
             raise InputError(
                 "`view` must be full or partial for a mesh, got 'top' (for a box only)"
@@ -114,6 +124,8 @@ def read_cloud(entry: CloudEntry, folder: Path) -> PointCloud:
         if entry.view == "top":
             top = cloud.points[:, 2].max() - _TOP
             cloud = cloud.cropped([-np.inf, -np.inf, top], [np.inf] * 3)
+    if entry.file is not None and not entry.whole:
+        cloud = chosen_object(cloud, ObjectChoice(entry.object))
     return cloud.with_noise(entry.noise, rng) if entry.noise > 0.0 else cloud
 
 
