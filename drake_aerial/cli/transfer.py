@@ -15,11 +15,13 @@ from drake_aerial.cli.arguments import (
     add_scan,
     add_seed,
     object_of,
+    scan_of,
     whole_number,
 )
 from drake_aerial.cli.output import print_result, progress_bar, say_assumptions
 
 if TYPE_CHECKING:
+    from drake_aerial.cloud.point_cloud import PointCloud
     from drake_aerial.contacts.solutions import ContactSolutions
 
 
@@ -108,11 +110,24 @@ def run(arguments: argparse.Namespace) -> int:
     say_assumptions({"assumptions": found})
     solutions.write(arguments.out)
     if arguments.html:
+        _write_page(arguments, solutions, cloud)
+    print_result(arguments.json, solutions.to_dict(), f"{_table(solutions)}\n-> {arguments.out}")
+    return 0 if any(solution.feasible for solution in solutions.solutions) else 1
+
+
+def _write_page(
+    arguments: argparse.Namespace, solutions: ContactSolutions, cloud: PointCloud
+) -> None:
+    """Write a page of the contacts on their scan, or in the whole scene."""
+    if cloud.scene_object is None:
         from drake_aerial.visualization.file_view import write_contacts_page
 
         write_contacts_page(arguments.html, solutions, cloud)
-    print_result(arguments.json, solutions.to_dict(), f"{_table(solutions)}\n-> {arguments.out}")
-    return 0 if any(solution.feasible for solution in solutions.solutions) else 1
+        return
+    from drake_aerial.scene.find_scene import find_scene
+    from drake_aerial.visualization.scene_page import write_scene_page
+
+    write_scene_page(arguments.html, find_scene(scan_of(arguments)), solutions)
 
 
 def _table(solutions: ContactSolutions) -> str:

@@ -235,7 +235,10 @@ def object_cloud(scene: Scene, number: int) -> PointCloud:
     ]
     if gravity.source is not GravitySource.GIVEN:
         up = " ".join(f"{x:+.4f}" for x in gravity.up)
-        text = f"{up}, by the {gravity.source}, to {gravity.uncertainty_deg:.2f} deg"
+        source = "from the support's normal"
+        if gravity.source is GravitySource.IMU:
+            source = "by the IMU"
+        text = f"{up}, {source}, to {gravity.uncertainty_deg:.2f} deg"
         said.append(Assumption(AssumptionKind.UP, text))
     if gravity.warning is not None:
         said.append(Assumption(AssumptionKind.UP, gravity.warning))
