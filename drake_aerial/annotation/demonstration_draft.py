@@ -59,6 +59,8 @@ class DemonstrationDraft:
         In its frame S [m].
     source : Path or None
         File of the cloud; None for a cloud that is written together with the demonstration.
+    whole : bool
+        Whether all points of the file are the payload, whatever is seen in them.
     contact_radius : float
         Radius of the surface that a contact is learnt from [m].
     """
@@ -68,10 +70,13 @@ class DemonstrationDraft:
         cloud: PointCloud,
         source: str | Path | None = None,
         parameters: LearningParameters | None = None,
+        *,
+        whole: bool = False,
     ):
         """Compute the surface features of a cloud. Raises InputError if it has none."""
         parameters = parameters or LearningParameters()
         self.cloud = cloud
+        self.whole = whole
         self.source = None if source is None else Path(source)
         self.contact_radius = parameters.contact_radius
         self._features = compute_features(cloud, parameters.features)
@@ -175,6 +180,8 @@ class DemonstrationDraft:
         of_bag = self.source is not None and self.cloud.topic is not None
         if of_bag:
             cloud["topic"] = self.cloud.topic
+        if self.source is not None and self.whole:
+            cloud["whole"] = True
         up: Any = self.cloud.up
         if self.source is not None and self.cloud.scene_object is not None:
             # The scene finds gravity again.

@@ -54,7 +54,7 @@ def run(arguments: argparse.Namespace) -> int:
     contact = None if chosen or arguments.at is None else arguments.at[0]
     cloud = object_of(arguments, contact)
     cloud.require_up()
-    draft = DemonstrationDraft(cloud, cloud.path)
+    draft = DemonstrationDraft(cloud, cloud.path, whole=arguments.whole)
     if arguments.at is None:
         out = demonstrate(
             draft,
