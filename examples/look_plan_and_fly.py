@@ -7,8 +7,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 from pydrake.systems.sensors import CameraInfo, RgbdSensor
 
-from drake_aerial import Payload, add_payload, add_plant, fly, read_skill
-from drake_aerial.references.trajectory import HoverTrajectory
+from drake_aerial import HoverTrajectory, Payload, add_payload, add_plant, fly, read_skill
 from drake_aerial.scene.depth_noise import DepthNoise
 from drake_aerial.scene.object_choice import ObjectChoice
 from drake_aerial.simulation.contact_planner import ContactPlanner

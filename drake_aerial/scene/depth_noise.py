@@ -26,7 +26,7 @@ class DepthNoise:
     Examples
     --------
     >>> import numpy as np
-    >>> from drake_aerial import DepthNoise
+    >>> from drake_aerial.scene.depth_noise import DepthNoise
     >>> wall = np.full((48, 64), 1.5)
     >>> image = DepthNoise().applied(wall, np.random.default_rng(0))
     >>> bool(0.002 < image.std() < 0.008)
