@@ -91,7 +91,10 @@ def imports_of(module: str) -> set[str]:
     return found - {module}
 
 
-GRAPH = {module: imports_of(module) for module in MODULES if module}
+@pytest.fixture(scope="module")
+def graph() -> dict[str, set[str]]:
+    """What every module of the package imports."""
+    return {module: imports_of(module) for module in MODULES if module}
 
 
 def cycles(graph: dict[str, set[str]]) -> list[list[str]]:
@@ -124,28 +127,28 @@ def package_of(module: str) -> str:
     return module.split(".")[0]
 
 
-def test_every_package_has_its_place():
-    assert {package_of(module) for module in GRAPH} == set(ORDER)
+def test_every_package_has_its_place(graph):
+    assert {package_of(module) for module in graph} == set(ORDER)
 
 
 @pytest.mark.parametrize("package", ORDER)
-def test_packages_import_only_from_packages_below_them(package):
+def test_packages_import_only_from_packages_below_them(package, graph):
     allowed = set(ORDER[: ORDER.index(package) + 1]) - STRANGERS.get(package, set())
     upwards = [
         f"{module} imports {other}"
-        for module in GRAPH
+        for module in graph
         if package_of(module) == package
-        for other in sorted(GRAPH[module])
+        for other in sorted(graph[module])
         if package_of(other) not in allowed
     ]
     assert not upwards, "\n".join(upwards)
 
 
-def test_no_modules_import_each_other():
+def test_no_modules_import_each_other(graph):
     """Print the module graph; pytest shows it with -s, or where the test fails."""
-    for module in sorted(GRAPH, key=lambda name: (ORDER.index(package_of(name)), name)):
-        print(f"{module}: {', '.join(sorted(GRAPH[module])) or '-'}")
-    assert cycles(GRAPH) == []
+    for module in sorted(graph, key=lambda name: (ORDER.index(package_of(name)), name)):
+        print(f"{module}: {', '.join(sorted(graph[module])) or '-'}")
+    assert cycles(graph) == []
 
 
 def test_the_search_for_cycles_finds_one():
