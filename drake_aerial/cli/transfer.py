@@ -18,7 +18,7 @@ from drake_aerial.cli.arguments import (
     scan_of,
     whole_number,
 )
-from drake_aerial.cli.output import print_result, progress_bar, say_assumptions
+from drake_aerial.cli.output import print_result, progress_bar, say, say_assumptions
 
 if TYPE_CHECKING:
     from drake_aerial.cloud.point_cloud import PointCloud
@@ -31,7 +31,7 @@ def add_command(commands: argparse._SubParsersAction) -> None:
         "transfer",
         help="find contacts for a skill's grippers on a new scan",
         description="Find contacts for a skill's grippers on a new scan. The exit code is 1 if no "
-        "solution is feasible.",
+        "solution is feasible, or the trust in the best one is below `min_trust`.",
     )
     command.add_argument(
         "skill",
@@ -81,6 +81,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Transfer the skill and write the contacts. Fail if none is feasible."""
     from drake_aerial import read_parameters, transfer
     from drake_aerial.contacts.parameters import TransferParameters
+    from drake_aerial.contacts.trust.statements import low_trust
     from drake_aerial.named_inputs import read_skill
     from drake_aerial.plant.team_lift import default_lift
 
@@ -112,7 +113,12 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.html:
         _write_page(arguments, solutions, cloud)
     print_result(arguments.json, solutions.to_dict(), f"{_table(solutions)}\n-> {arguments.out}")
-    return 0 if any(solution.feasible for solution in solutions.solutions) else 1
+    best = solutions.best
+    if best is None:
+        return 1
+    if best.trust is not None and not solutions.is_trusted:
+        say(low_trust(best.trust, parameters.min_trust))
+    return 0 if solutions.is_trusted else 1
 
 
 def _write_page(
@@ -136,9 +142,9 @@ def _table(solutions: ContactSolutions) -> str:
     for solution in solutions.solutions:
         where = "; ".join(" ".join(f"{x:+.3f}" for x in p) for p in solution.X_SG.p)
         state = "feasible" if solution.feasible else ", ".join(map(str, solution.reasons))
-        lines.append(
-            f"{solution.rank:2d}  log J {solution.log_likelihood:8.2f}  at {where} m  {state}"
-        )
+        trust = "" if solution.trust is None else f"  trust {solution.trust.probability:4.2f}"
+        likely = f"log J {solution.log_likelihood:8.2f}{trust}"
+        lines.append(f"{solution.rank:2d}  {likely}  at {where} m  {state}")
     for extent in solutions.hidden:
         lines += extent.sentences(solutions[0].X_SG.p)
     return "\n".join(lines)

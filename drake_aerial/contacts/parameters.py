@@ -79,6 +79,9 @@ class TransferParameters:
     """Distance from the surface above which a contact counts as off the surface [m]."""
     separation: NonNegative = 0.35
     """Smallest distance between two quadrotors [m]."""
+    min_trust: Annotated[NonNegative, Le(1)] = 0.5
+    """Trust of the best solution below which the command `transfer` fails, a probability
+    (dimensionless)."""
     lift: Lift | None = None
     """Masses and thrust limits; None for no check of cable tensions."""
 

@@ -14,6 +14,7 @@ from drake_aerial.contacts.contact_query import ContactQuery
 from drake_aerial.contacts.feasibility.reasons import Reason
 from drake_aerial.contacts.hidden_extent import HiddenExtent
 from drake_aerial.contacts.parameters import TransferParameters
+from drake_aerial.contacts.trust.trust import Trust
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, Pose
 from drake_aerial.io.files import write_text
@@ -45,6 +46,9 @@ class Solution:
         Outward unit normals of the surface at the contacts, in S.
     X_SQ : Pose
         Quadrotors, batch (n,).
+    trust : Trust or None
+        Probability that the solution is right, with reasons; None for methods that have none, for
+        contacts that were given, and for files of earlier versions.
     """
 
     rank: int
@@ -54,6 +58,7 @@ class Solution:
     X_SG: Pose
     normal: Array
     X_SQ: Pose
+    trust: Trust | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Return the solution's entry of contacts.json."""
@@ -65,7 +70,7 @@ class Solution:
             {"position": p.tolist(), "quaternion_wxyz": q.tolist()}
             for p, q in zip(self.X_SQ.p, self.X_SQ.q)
         ]
-        return {
+        entry = {
             "rank": self.rank,
             "log_likelihood": self.log_likelihood,
             "feasible": self.feasible,
@@ -73,6 +78,7 @@ class Solution:
             "grippers": grippers,
             "quadrotors": quadrotors,
         }
+        return entry if self.trust is None else {**entry, "trust": self.trust.to_dict()}
 
     @classmethod
     def from_dict(cls, values: dict[str, Any]) -> Solution:
@@ -91,6 +97,7 @@ class Solution:
             X_SG=_poses(grippers),
             normal=_rows(grippers, "normal", 3),
             X_SQ=_poses(quadrotors),
+            trust=Trust.from_dict(values["trust"]) if values.get("trust") is not None else None,
         )
 
 
@@ -163,6 +170,14 @@ class ContactSolutions:
     def best(self) -> Solution | None:
         """The likeliest feasible solution, or None."""
         return next((solution for solution in self.solutions if solution.feasible), None)
+
+    @property
+    def is_trusted(self) -> bool:
+        """Whether the best solution's trust reaches `min_trust`; True if it has no trust."""
+        if self.best is None or self.best.trust is None:
+            return True
+        parameters = self.parameters or TransferParameters()
+        return self.best.trust.probability >= parameters.min_trust
 
     def to_dict(self) -> dict[str, Any]:
         """Return the content of contacts.json: lengths in metres, in the cloud's frame."""

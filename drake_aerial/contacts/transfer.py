@@ -18,6 +18,7 @@ from drake_aerial.contacts.prepare_query import prepare_query, random_streams
 from drake_aerial.contacts.search.annealing import anneal, draw_initial_configurations
 from drake_aerial.contacts.search.selection import distinct
 from drake_aerial.contacts.solutions import ContactSolutions, Solution
+from drake_aerial.contacts.trust.with_trust import with_trust
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, Pose, axis_of, quat_about_axis, quat_from_xz, rotate
 from drake_aerial.parallel import one_blas_thread
@@ -112,6 +113,7 @@ def transfer(
         X_NG, log_j = _maximise(query, starts, parameters, annealing_rng, report)
         query = replace(query, chains=X_NG.take(np.argsort(-log_j, kind="stable")))
     solutions = _ranked_solutions(skill, scan, X_NG, log_j, top, parameters)
+    solutions = with_trust(method, skill, scan, solutions, parameters)
     clock.append(time.perf_counter())
     report(1.0, "done")
     timing = {name: round(b - a, 4) for name, a, b in zip(_PHASES, clock, clock[1:])}

@@ -161,9 +161,25 @@ def contacts_view(solutions: ContactSolutions, cloud: PointCloud) -> View:
     lines = [f"method {solutions.method}, skill {solutions.skill}, seed {solutions.seed}", note, ""]
     for solution in solutions.solutions:
         state = "feasible" if solution.feasible else "; ".join(map(str, solution.reasons))
-        lines.append(f"{solution.rank}  log J {solution.log_likelihood:8.2f}  {state}")
+        trust = "" if solution.trust is None else f"  trust {solution.trust.probability:.2f}"
+        lines.append(f"{solution.rank}  log J {solution.log_likelihood:8.2f}{trust}  {state}")
+    lines += _trust_lines(solutions)
     mesh = contacts_mesh(points, solutions.solutions, colors=colors)
     return View(mesh, f"contacts on {_name(cloud.path)}", legend, "\n".join(lines))
+
+
+def _trust_lines(solutions: ContactSolutions) -> list[str]:
+    """Return what speaks for and against the best solution, one line each."""
+    best = solutions.best
+    if best is None or best.trust is None:
+        return []
+    state = "" if solutions.is_trusted else ", below the threshold: do not fly it unchecked"
+    return [
+        "",
+        f"trust {best.trust.probability:.2f} in contact {best.rank}{state}",
+        *(f"+ {text}" for text in best.trust.speaks_for),
+        *(f"- {text}" for text in best.trust.speaks_against),
+    ]
 
 
 def write_contacts_page(out: str | Path, solutions: ContactSolutions, cloud: PointCloud) -> None:

@@ -11,6 +11,7 @@ from scans import placed
 from shape_family import KINDS
 from shape_parts import Shape
 
+from drake_aerial.cloud.partial_views import partial_view
 from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.geometry import Pose, invert, quat_about_axis, rotate, transform
 from drake_aerial.skill.contact_skill import ContactSkill
@@ -18,7 +19,7 @@ from drake_aerial.skill.demonstration import Demonstration
 from drake_aerial.skill.learn import learn
 
 CORRUPTIONS = ("noise", "flying", "misregistered", "tilt", "sparse", "dense")
-CONDITIONS = ("clean", *CORRUPTIONS, "cut")
+CONDITIONS = ("clean", *CORRUPTIONS, "cut", "camera")
 # Area of a full scan's surface per point [m^2], and limits of the number of points.
 _PER_POINT, _FEWEST, _MOST = 0.009**2, 6_000, 40_000
 # Share of the points that a cut takes away.
@@ -39,7 +40,8 @@ def seed_of(text: str) -> int:
 class Case:
     """One case: a kind, its site, a condition of the scan, and a seed.
 
-    `master` is the seed of the whole table. All draws follow from these values alone.
+    `master` is the seed of the whole table, `taught_by` the condition of the demonstration's scan.
+    All draws follow from these values alone.
     """
 
     kind: str
@@ -47,6 +49,7 @@ class Case:
     condition: str
     seed: int
     master: int = 0
+    taught_by: str = "clean"
 
     @property
     def key(self) -> str:
@@ -78,11 +81,12 @@ class Case:
 
     @cached_property
     def skill(self) -> ContactSkill:
-        """The skill of the demonstration, learnt from a clean scan."""
+        """The skill of the demonstration."""
         rng = self._rng(1)
         place, normal = self.taught.places(self.site)
         k = int(rng.integers(len(place)))
-        cloud, X_SB = placed(self.taught.sample(count_of(self.taught), rng), rng, None)
+        points, viewpoint = scanned(self.taught, place[[k]], self.taught_by, rng)
+        cloud, X_SB = placed(points, rng, viewpoint)
         return learn(
             Demonstration.make(
                 cloud,
@@ -97,8 +101,9 @@ class Case:
         """The scan of the new object, and X_SB, the object's frame in the scan's."""
         # All sites and conditions of a seed show the same object in other scans.
         rng = self._rng(2)
-        points = corrupted(self.asked, self.asked.places(self.site)[0], self.condition, rng)
-        return placed(points, rng, None)
+        places, _ = self.asked.places(self.site)
+        points, viewpoint = scanned(self.asked, places, self.condition, rng)
+        return placed(points, rng, viewpoint)
 
     def errors(self, p_SG: np.ndarray) -> np.ndarray:
         """Return distances (K,) of contacts (K, 3) from the nearest right place [m]."""
@@ -112,13 +117,22 @@ def count_of(shape: Shape) -> int:
     return int(np.clip(shape.area / _PER_POINT, _FEWEST, _MOST))
 
 
+def scanned(
+    shape: Shape, places: np.ndarray, condition: str, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray | None]:
+    """Return points (N, 3) under a condition of `CONDITIONS`, and the sensor's place if known."""
+    if condition == "camera":
+        return _seen_by_camera(shape, places, rng)
+    return corrupted(shape, places, condition, rng), None
+
+
 def corrupted(
     shape: Shape, places: np.ndarray, condition: str, rng: np.random.Generator
 ) -> np.ndarray:
     """Return points (N, 3) of a shape under a condition of `CONDITIONS`, in the shape's frame."""
     count, size = count_of(shape), shape.size
     if condition == "sparse":
-        count = int(max(2_000, shape.area / 0.018**2))
+        count = int(max(2_000, shape.area / 0.014**2))
     elif condition == "dense":
         count = min(3 * count, 80_000)
     points = shape.sample(count, rng)
@@ -142,6 +156,24 @@ def corrupted(
     elif condition == "cut":
         points = _cut(points, places, size, rng)
     return points
+
+
+def _seen_by_camera(
+    shape: Shape, places: np.ndarray, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return what a depth camera sees, 2 mm of noise, from a side that shows a place of the site.
+
+    Of eight random sides the first is taken that shows one, else the last.
+    """
+    middle = 0.5 * (shape.corners.min(axis=0) + shape.corners.max(axis=0))
+    for bearing in rng.uniform(-np.pi, np.pi, 8):
+        reach = max(1.6 * shape.size, 0.6)
+        eye = middle + reach * np.array([np.cos(bearing), np.sin(bearing), 0.9])
+        cloud = partial_view(shape.mesh, eye, noise=0.002, rng=rng)
+        gap = np.linalg.norm(cloud.points[:, None] - places, axis=-1).min()
+        if gap < 0.015:
+            break
+    return cloud.points, eye
 
 
 def _tilted(points: np.ndarray, axis: np.ndarray) -> np.ndarray:

@@ -7,6 +7,7 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
+import trimesh
 from scipy.spatial import ConvexHull
 
 # Points closer than this to a part's surface are not inside it [m].
@@ -131,6 +132,13 @@ class Shape:
     def size(self) -> float:
         """Largest extent along the shape's own axes [m]."""
         return float(np.ptp(self.corners, axis=0).max())
+
+    @cached_property
+    def mesh(self) -> trimesh.Trimesh:
+        """The parts' surfaces as one mesh, hidden faces included."""
+        return trimesh.util.concatenate(
+            [trimesh.Trimesh(part.points, part.hull.simplices) for part in self.parts]
+        )
 
     @cached_property
     def area(self) -> float:
