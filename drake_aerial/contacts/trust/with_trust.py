@@ -14,8 +14,8 @@ from drake_aerial.contacts.trust.trust_model import TrustModel
 from drake_aerial.geometry import Pose, invert
 from drake_aerial.skill.contact_skill import ContactSkill
 
-TRUSTED_METHODS = ("task",)
-"""Methods whose solutions get a trust: the model was fitted on their answers."""
+TRUSTED_METHODS = ("task", "control")
+"""Methods whose solutions get a trust; the model was fitted on answers of `task`."""
 
 
 def evidence_of(
