@@ -6,9 +6,11 @@ import numpy as np
 
 from drake_aerial.control.controller import OFFSET, PayloadController
 from drake_aerial.control.controller_parameters import GeometricGains, GeometricParameters
+from drake_aerial.dynamics.air_forces import payload_wrench
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
 from drake_aerial.estimation.observation import Observation
 from drake_aerial.geometry import Array, cross, matrix_from_quat
+from drake_aerial.plant.air import rotor_drag
 from drake_aerial.references.trajectory import Trajectory, TrajectorySample
 from drake_aerial.statics.gravity import GRAVITY
 
@@ -38,18 +40,25 @@ def cable_forces(
     feedback : (3,) array
         Desired acceleration of the payload plus gravity, in the world [m/s^2].
     """
-    M = model.mass
+    M, around = model.mass, np.zeros(6)
+    if model.air is not None:
+        omega = cross(observation.R @ observation.W, observation.R @ model.p_LLcm)
+        v = (observation.v + omega)[None]
+        around = payload_wrench(model, observation.R[None], observation.W[None], v)[0]
     feedback = desired.a + np.multiply(gains.position, desired.p - observation.p)
     feedback = feedback + np.multiply(gains.velocity, desired.v - observation.v)
     feedback[2] += GRAVITY
     if model.n == 1:
-        mu = M * feedback[None]
+        mu = M * feedback[None] - around[None, 0:3]
     else:
         error = matrix_from_quat(desired.q).T @ observation.R
         error = 0.5 * (error - error.T)
         e_R = np.array([error[2, 1], error[0, 2], error[1, 0]])
         moment = -np.multiply(gains.rotation, e_R) - np.multiply(gains.rate, observation.W)
-        wrench = np.concatenate([M * observation.R.T @ feedback, moment])
+        force = M * observation.R.T @ feedback
+        if model.air is not None:
+            force, moment = force - around[0:3] @ observation.R, moment - around[3:6]
+        wrench = np.concatenate([force, moment])
         mu = (np.linalg.pinv(model.grasp_matrix) @ wrench).reshape(-1, 3) @ observation.R.T
     mu[:, 2] = np.maximum(mu[:, 2], 0.0)
     return mu, feedback
@@ -88,7 +97,10 @@ def geometric_thrust(
     e_xi = cross(xi_d, xi)
     e_w = w + cross(xi, cross(xi, w_d))
     turn = np.multiply(gains.direction, e_xi) + np.multiply(gains.direction_rate, e_w)
-    return parallel - m * l * cross(xi, turn) - m * cross(xi, cross(xi, contact))
+    thrust = parallel - m * l * cross(xi, turn) - m * cross(xi, cross(xi, contact))
+    if model.air is None:
+        return thrust
+    return thrust - rotor_drag(model.air.rotor_drag, observation.z_WQ, -observation.v_WQ)
 
 
 class GeometricController(PayloadController):
@@ -110,7 +122,8 @@ class GeometricController(PayloadController):
     Examples
     --------
     >>> from drake_aerial import GeometricController, GeometricParameters
-    >>> from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
+    >>> from drake_aerial.dynamics.air_forces import payload_wrench
+from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
     >>> inertia = [[6e-3, 0, 0], [0, 5.9e-3, 0], [0, 0, 1.07e-2]]
     >>> belief = PayloadModelParameters(mass=0.25, inertia=inertia, p_LC=[[0, 0, 0.14]])
     >>> controller = GeometricController(belief, GeometricParameters("geometric_ff"))

@@ -15,7 +15,7 @@ import numpy as np
 
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
 from drake_aerial.estimation.observation import Observation
-from drake_aerial.geometry import Array
+from drake_aerial.geometry import Array, cross
 from drake_aerial.io.records import NonNegative, Positive, record
 from drake_aerial.references.trajectory import TrajectorySample
 from drake_aerial.statics.gravity import GRAVITY
@@ -148,7 +148,7 @@ class TakeOff:
         """Return the rise of a single contact at which the payload swings free [m]."""
         if model.n > 1:
             return 0.0
-        arm = model.arms[0]
+        arm = model.p_LC[0] - model.p_LLhang
         return float(2.0 * (np.linalg.norm(arm) - arm[2]))
 
     def compute_thrusts(
@@ -200,7 +200,8 @@ class TakeOff:
     def weight_share(self, model: PayloadModelParameters) -> Array:
         """Return the vertical force (n,) [N] of each cable on the payload at rest, at least 0."""
         if model.n == 1:
-            return np.array([model.mass * GRAVITY])
-        wrench = np.array([0.0, 0.0, model.mass * GRAVITY, 0.0, 0.0, 0.0])
+            return np.array([model.hanging_mass * GRAVITY])
+        weight = np.array([0.0, 0.0, model.hanging_mass * GRAVITY])
+        wrench = np.concatenate([weight, cross(model.p_LLhang - model.p_LLcm, weight)])
         share = (np.linalg.pinv(model.grasp_matrix) @ wrench)[2::3]
         return np.maximum(share, 0.0)

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from drake_aerial.dynamics.air_forces import payload_wrench
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
 from drake_aerial.geometry import (
     Array,
@@ -18,6 +19,7 @@ from drake_aerial.geometry import (
     quat_multiply,
     rotate,
 )
+from drake_aerial.plant.air import rotor_drag
 from drake_aerial.references.trajectory import Trajectory
 from drake_aerial.statics.gravity import GRAVITY
 
@@ -37,6 +39,8 @@ motions slower than the swing can be followed.
 """
 CORRECTIONS = 1
 """Number of corrections of the attitude for its own acceleration."""
+CORRECTIONS_IN_AIR = 4
+"""The same with air, whose drag and buoyancy depend on the attitude too."""
 _MARGIN = 200
 """Grid points at rest before and after the trajectory."""
 
@@ -147,15 +151,25 @@ def producible_attitude(
     return q
 
 
-def _tabulate(model: PayloadModelParameters, trajectory: Trajectory) -> Reference:
+def _tabulate(
+    model: PayloadModelParameters, trajectory: Trajectory, wind: Array | None
+) -> Reference:
     t = np.arange(-_MARGIN, int(round(trajectory.duration / GRID)) + _MARGIN + 1) * GRID
     sample = trajectory.sample(t)
     a_L = _smooth(sample.a, SMOOTHING)
+    v_L = sample.v if model.air is None else _smooth(sample.v, SMOOTHING)
     T, n = len(t), model.n
     gravity = np.array([0.0, 0.0, GRAVITY])
     moment, a_cm = np.zeros((T, 3)), a_L
-    for _ in range(CORRECTIONS + 1):
+    air, R, W = np.zeros((T, 6)), np.zeros((T, 3, 3)), np.zeros((T, 3))
+    for k in range(1 + (CORRECTIONS if model.air is None else CORRECTIONS_IN_AIR)):
         force = model.mass * (a_cm + gravity)
+        if model.air is not None:
+            if k == 0:
+                R[:] = matrix_from_quat(quat_about_axis(np.array([0.0, 0.0, 1.0]), trajectory.yaw))
+            air = payload_wrench(model, R, W, v_L + _turning(R, W, model.p_LLcm), wind)
+            force = force - air[:, 0:3]
+            moment = moment - _smooth(air[:, 3:6], SWING_SMOOTHING)
         q = producible_attitude(model, trajectory.yaw, force, moment)
         step = quat_multiply(quat_conjugate(q[:-1]), q[1:])
         angle = np.concatenate([np.zeros((1, 3)), np.cumsum(quat_log(step), axis=0)])
@@ -164,6 +178,8 @@ def _tabulate(model: PayloadModelParameters, trajectory: Trajectory) -> Referenc
         moment = _smooth(dW @ model.inertia + cross(W, W @ model.inertia), SWING_SMOOTHING)
         R = matrix_from_quat(q)
         a_cm = a_L + _smooth(_of_body(R, W, dW, model.p_LLcm), SWING_SMOOTHING)
+    if model.air is not None:
+        moment = moment - _smooth(air[:, 3:6], SWING_SMOOTHING)
     wrench = np.concatenate([(force[:, None] @ R)[:, 0], moment], axis=1)
     mu = (wrench @ model.grasp_inverse.T).reshape(T, n, 3) @ np.swapaxes(R, 1, 2)
     xi = -mu / np.linalg.norm(mu, axis=-1, keepdims=True)
@@ -171,10 +187,34 @@ def _tabulate(model: PayloadModelParameters, trajectory: Trajectory) -> Referenc
     a_C = np.stack([a_L + _of_body(R, W, dW, c) for c in model.p_LC], axis=1)
     l, m = model.cable_length[:, None], model.quadrotor_mass[:, None]
     F = mu + m * (a_C + gravity - l * _differentiate(xi_dot))
+    if model.air is not None:
+        v_C = np.stack([v_L + _turning(R, W, c) for c in model.p_LC], axis=1)
+        F = _against_rotor_drag(model.air.rotor_drag, F, v_C - l * xi_dot, wind)
     u = F + model.thrust_lag * _differentiate(F)
     omega = (R @ W[:, :, None])[:, :, 0]
     pull = force / np.linalg.norm(force, axis=1, keepdims=True)
     return Reference(sample.p, sample.v, R, omega, xi, cross(xi, xi_dot), F, u, pull, mu, moment)
+
+
+def _turning(R: Array, W: Array, point: Array) -> Array:
+    """Return the velocity of a point fixed in L relative to L's origin, in the world (T, 3)."""
+    return (R @ cross(W, np.broadcast_to(point, W.shape))[:, :, None])[:, :, 0]
+
+
+def _against_rotor_drag(
+    coefficient: Array, force: Array, velocity: Array, wind: Array | None
+) -> Array:
+    """Return the thrusts (T, n, 3) [N] that make a total force with the rotor drag.
+
+    The drag depends on the thrust's direction; it is small beside the thrust, so that a few
+    repetitions suffice.
+    """
+    relative = -velocity if wind is None else wind - velocity
+    F = force
+    for _ in range(4):
+        axis = F / np.linalg.norm(F, axis=-1, keepdims=True)
+        F = force - rotor_drag(coefficient, axis, relative)
+    return F
 
 
 def _of_body(R: Array, W: Array, dW: Array, point: Array) -> Array:
@@ -235,6 +275,8 @@ class ReferenceTable:
     ----------
     model : PayloadModelParameters
     trajectory : Trajectory
+    wind : (3,) array, optional
+        Constant velocity of the air in the world [m/s], for a model with air; None for still air.
 
     Attributes
     ----------
@@ -242,8 +284,13 @@ class ReferenceTable:
         Columns of u in a row.
     """
 
-    def __init__(self, model: PayloadModelParameters, trajectory: Trajectory):
-        table = _tabulate(model, trajectory)
+    def __init__(
+        self,
+        model: PayloadModelParameters,
+        trajectory: Trajectory,
+        wind: ArrayLike | None = None,
+    ):
+        table = _tabulate(model, trajectory, None if wind is None else np.asarray(wind, float))
         shapes = [field.shape[1:] for field in table]
         self._rows = np.concatenate([field.reshape(len(table.p), -1) for field in table], axis=1)
         splits = np.cumsum([0] + [int(np.prod(s)) for s in shapes]).tolist()

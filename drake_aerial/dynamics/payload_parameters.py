@@ -222,6 +222,14 @@ class PayloadModelParameters:
         """Mass that a scale shows: all that hangs on the cables, without the air [kg]."""
         return self.mass if self.air is None else self.mass - self.air.mass
 
+    @cached_property
+    def p_LLhang(self) -> Array:
+        """CoM of all that hangs on the cables, without the air, in L [m]."""
+        if self.air is None:
+            return self.p_LLcm
+        moment = self.mass * self.p_LLcm - self.air.mass * self.air.p_LD
+        return np.asarray(moment / self.hanging_mass, float)
+
     @property
     def weight(self) -> float:
         """Weight of payload and quadrotors together [N]."""

@@ -12,6 +12,7 @@ from scipy.spatial import QhullError
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
 from drake_aerial.plant import support_points as support
+from drake_aerial.plant.air import AirParameters, PayloadAir, payload_air
 from drake_aerial.plant.part_checks import check_plant, check_type
 from drake_aerial.plant.payload import Payload
 from drake_aerial.plant.triangles import convex_hull
@@ -38,6 +39,8 @@ class PayloadBody:
         Height of L's origin above the ground at rest [m].
     stands_alone : bool
         Whether it stands on its own shape; otherwise on a light cradle (`support_points.feet`).
+    air : PayloadAir or None
+        What the air does to it; the body's mass has the air's in it. None without air.
     """
 
     payload: Payload
@@ -45,9 +48,16 @@ class PayloadBody:
     model_instance: ModelInstanceIndex
     rest_height: float
     stands_alone: bool
+    air: PayloadAir | None = None
 
 
-def add_payload(plant: MultibodyPlant, payload: Payload, *, name: str = "payload") -> PayloadBody:
+def add_payload(
+    plant: MultibodyPlant,
+    payload: Payload,
+    *,
+    name: str = "payload",
+    air: AirParameters | None = None,
+) -> PayloadBody:
     """Add a payload to a plant, as a free body in a model instance of its own.
 
     On the ground it stands on at most 20 small spheres (`support_points`). Other bodies collide
@@ -63,6 +73,9 @@ def add_payload(plant: MultibodyPlant, payload: Payload, *, name: str = "payload
         The payload in the body's frame L (`Payload.in_tracked_frame`), z up at rest.
     name : str
         Name of the model instance and of the body.
+    air : AirParameters, optional
+        The body then has the mass of the air that moves along too, whose weight `connect_air`
+        balances; the payload's own mass is what a scale shows in air. None for no air.
 
     Raises
     ------
@@ -92,6 +105,9 @@ def add_payload(plant: MultibodyPlant, payload: Payload, *, name: str = "payload
             f"`inertia` of a payload must be possible for its mass, got {J.tolist()} kg m^2 for "
             f"{payload.mass:g} kg"
         ) from error
+    around = None if air is None else payload_air(payload.vertices, payload.faces, air)
+    if around is not None:
+        inertia += _inertia_of_air(around)
     body = plant.AddRigidBody(name, instance, inertia)
     feet, own = support.feet(payload.vertices, payload.com)
     if plant.geometry_source_is_registered():
@@ -99,7 +115,14 @@ def add_payload(plant: MultibodyPlant, payload: Payload, *, name: str = "payload
     penetration = payload.mass * GRAVITY / (len(feet) * CONTACT_STIFFNESS)
     rest_height = float(-feet[0, 2]) - penetration
     plant.SetDefaultFloatingBaseBodyPose(body, RigidTransform([0.0, 0.0, rest_height]))
-    return PayloadBody(payload, body, instance, rest_height, own)
+    return PayloadBody(payload, body, instance, rest_height, own, around)
+
+
+def _inertia_of_air(air: PayloadAir) -> SpatialInertia:
+    """Return the spatial inertia of the air that moves with a payload, about L's origin in L."""
+    J = air.inertia
+    about_centre = RotationalInertia(J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2])
+    return SpatialInertia.MakeFromCentralInertia(air.mass, air.centre, about_centre)
 
 
 def _register_shape(plant: MultibodyPlant, body: RigidBody, payload: Payload, feet: Array) -> None:

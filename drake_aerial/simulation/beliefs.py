@@ -10,6 +10,7 @@ from drake_aerial.choices import BELIEFS
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
+from drake_aerial.plant.air import AirParameters, PayloadAir, payload_air
 from drake_aerial.plant.cable import CableParameters
 from drake_aerial.plant.gripper import GripperParameters
 from drake_aerial.plant.payload import Payload
@@ -57,6 +58,7 @@ def believed_model(
     cable: CableParameters | Sequence[CableParameters],
     gripper: GripperParameters | Sequence[GripperParameters],
     mass_ratio: float = 1.0,
+    air: AirParameters | None = None,
 ) -> PayloadModelParameters:
     """Return the payload model that a controller uses under a belief.
 
@@ -80,6 +82,9 @@ def believed_model(
         The true ones of the team; one cable or gripper means n equal ones.
     mass_ratio : float
         Believed mass of the payload over its true mass; scales its inertia too.
+    air : AirParameters, optional
+        The true ones. The shape in the air is the surface for the belief "true", else the hull of
+        what is visible. None for no air.
 
     Raises
     ------
@@ -102,8 +107,12 @@ def believed_model(
     elif belief == "geometric":
         hull = Payload.from_cloud(visible, mass, depth=_MIN_SIZE)
         com, inertia = hull.com, hull.inertia
+    around: PayloadAir | None = None
+    if air is not None:
+        shape = payload if belief == "true" else Payload.from_cloud(visible, mass, depth=_MIN_SIZE)
+        around = payload_air(shape.vertices, shape.faces, air)
     limits = np.array([q.thrust_limits for q in quadrotors])
-    return PayloadModelParameters(
+    model = PayloadModelParameters(
         mass=mass,
         inertia=inertia,
         p_LC=contacts,
@@ -113,3 +122,6 @@ def believed_model(
         min_thrust=limits[:, 0],
         max_thrust=limits[:, 1],
     )
+    if air is None or around is None:
+        return model
+    return model.in_air(around, air.rotor_drag * model.quadrotor_mass)

@@ -97,6 +97,7 @@ class Flight:
             cable=parameters.cable,
             gripper=parameters.gripper,
             mass_ratio=options.mass_ratio,
+            air=parameters.air,
         )
         mass, com, _ = suspended_properties(payload, p_LC, parameters.gripper)
         if not options.force:

@@ -12,10 +12,11 @@ from drake_aerial.control.controller import PayloadController
 from drake_aerial.control.take_off import FlightPhase
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array
+from drake_aerial.plant.air_drag import connect_air
 from drake_aerial.plant.cable_forces import connect_cables
 from drake_aerial.plant.part_checks import check_type, parameters_or_default
 from drake_aerial.plant.payload import Payload
-from drake_aerial.plant.wind import Wind, connect_wind
+from drake_aerial.plant.wind import Wind
 from drake_aerial.references.trajectory import Trajectory
 from drake_aerial.simulation.port_log import PortLog
 from drake_aerial.simulation.propulsion import add_propulsion
@@ -95,7 +96,7 @@ class TransportStation(Diagram):
             speeds = self.perception.GetInputPort("squared_speeds")
             builder.Connect(self.propulsion.squared_speed, speeds)
         self._add_cables(builder, states)
-        drag = self._add_wind(builder, states)
+        drag = self._add_air(builder, states)
         self._sum_forces(builder, self.propulsion.forces, self.cable_system.forces, drag)
         self._export_ports(builder, states)
         self._connect_controller(builder)
@@ -108,14 +109,16 @@ class TransportStation(Diagram):
         self.cable_system = connect_cables(builder, self.plant, self.cables, *states)
         builder.Connect(self.cable_system.attached_port, self.perception.GetInputPort("attached"))
 
-    def _add_wind(self, builder: DiagramBuilder, states: Ports) -> OutputPort | None:
-        """Add wind and drag, if there is wind; return the forces of the drag."""
+    def _add_air(self, builder: DiagramBuilder, states: Ports) -> OutputPort | None:
+        """Add wind and the forces of the air, if there is air; return the port of the forces."""
         self.wind: Wind | None = None
-        if self.parameters.wind is None:
+        air, wind = self.parameters.air, self.parameters.wind
+        if air is None:
             return None
         parts = self.plant, self.payload_body, self.quadrotors
-        self.wind, forces = connect_wind(builder, *parts, *states, self.parameters.wind)
-        self._log.export(builder, self.wind.get_output_port(), "wind.velocity")
+        self.wind, forces = connect_air(builder, *parts, *states, air, wind)
+        if self.wind is not None:
+            self._log.export(builder, self.wind.get_output_port(), "wind.velocity")
         return forces
 
     def _sum_forces(self, builder: DiagramBuilder, *forces: OutputPort | None) -> None:

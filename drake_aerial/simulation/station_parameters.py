@@ -14,6 +14,7 @@ from drake_aerial.errors import InputError
 from drake_aerial.estimation.sensor_parameters import SensorParameters
 from drake_aerial.geometry import Array
 from drake_aerial.io.records import Flag, NonNegative, OneOrMany, Positive, record
+from drake_aerial.plant.air import AirParameters
 from drake_aerial.plant.cable import CableParameters
 from drake_aerial.plant.gripper import GripperParameters
 from drake_aerial.plant.quadrotor import QuadrotorParameters
@@ -33,7 +34,8 @@ class StationParameters:
     Examples
     --------
     >>> from drake_aerial import StationParameters
-    >>> from drake_aerial.plant.cable import CableParameters
+    >>> from drake_aerial.plant.air import AirParameters
+from drake_aerial.plant.cable import CableParameters
     >>> short, long = CableParameters(length=0.5), CableParameters(length=0.8)
     >>> StationParameters(cable=[short, long]).cable_lengths(2).tolist()
     [0.5, 0.8]
@@ -65,8 +67,10 @@ class StationParameters:
     """Cable length less the distance between quadrotor and contact at the start [m]."""
     airborne_height: NonNegative = 1.0
     """Initial height of a payload that starts in the air [m]."""
+    air: AirParameters | None = field(default_factory=AirParameters)
+    """Drag, and the air that moves with the payload; None for no air, as in the paper."""
     wind: WindParameters | None = None
-    """Wind and drag; None for no air."""
+    """Wind; None for still air."""
     motor_lag: NonNegative = 0.0
     """Time constant with which propeller speeds follow their commands [s]; 0 for none."""
     motor_lead: Flag = True
@@ -74,6 +78,10 @@ class StationParameters:
     paper's box up to a lag of about 0.035 s and loses it beyond."""
 
     def __post_init__(self) -> None:
+        if self.wind is not None and self.air is None:
+            raise InputError(
+                "`wind` must be left out without air, got both a wind and no air; give `air`"
+            )
         if 0.0 < self.attitude_period < self.step:
             raise InputError(
                 f"`attitude_period` must be 0 or >= the time step {self.step:g} s, "

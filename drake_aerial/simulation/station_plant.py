@@ -84,7 +84,7 @@ def add_station_plant(
     """
     n = len(p_LC)
     plant, scene_graph = add_plant(builder, parameters.step)
-    ground, body = add_ground(plant), add_payload(plant, payload)
+    ground, body = add_ground(plant), add_payload(plant, payload, air=parameters.air)
     suffixes = [""] if n == 1 else [f"_{i}" for i in range(n)]
     quadrotors = [
         add_quadrotor(plant, quadrotor, f"quadrotor{suffix}")

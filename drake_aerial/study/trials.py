@@ -162,6 +162,7 @@ def _contact_fields(found: Solution, placed: Placed, payload: Payload) -> Record
 
 def _prepare(task: TrialTask, solution: Solution, payload: Payload) -> Flight:
     """Return the flight of a task's group; the last one is kept."""
+    from drake_aerial.simulation.station_parameters import StationParameters
     from drake_aerial.simulation.trial import prepare_flight
 
     key = json.dumps([task.group, task.seed, asdict(task.condition)], default=str)
@@ -178,6 +179,7 @@ def _prepare(task: TrialTask, solution: Solution, payload: Payload) -> Flight:
             trajectory=task.condition.trajectory,
             cable=task.condition.cable,
             noise=task.condition.flight_noise,
+            parameters=StationParameters(air=None),
             # Methods do not know the true centre of mass: an unbalanced payload is flown and fails.
             force=True,
         )
