@@ -11,8 +11,11 @@ from drake_aerial.control.take_off import TakeOff
 from drake_aerial.errors import InputError
 from drake_aerial.estimation.disturbance_observer import DisturbanceObserver
 from drake_aerial.estimation.observation import PositionFilter
+from drake_aerial.estimation.wind_observer import WindObserver
 from drake_aerial.io.records import Count, NonNegative, OneOrMany, Positive, record
 
+Observer: TypeAlias = DisturbanceObserver | WindObserver
+"""One of the two, told apart by `kind`."""
 Gain = tuple[NonNegative, NonNegative, NonNegative]
 
 
@@ -82,8 +85,9 @@ class MpcParameters:
     field_of_view: Annotated[Positive, Lt(np.pi)] | None = None
     """Full angle of a camera under each quadrotor that keeps the payload in view [rad]; None for
     off."""
-    observer: DisturbanceObserver | None = None
-    """Observer of unmodelled forces and a moment, such as wind or a wrong mass; None for off."""
+    observer: Observer | Literal["off"] | None = None
+    """Observer of wind (kind: wind) or of unmodelled forces and a moment (kind: force), or off.
+    None: of wind in a flight with wind, else off."""
     period: Positive = 0.02
     """Control period [s]."""
     take_off: TakeOff = field(default_factory=TakeOff)

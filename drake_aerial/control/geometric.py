@@ -44,7 +44,7 @@ def cable_forces(
     if model.air is not None:
         omega = cross(observation.R @ observation.W, observation.R @ model.p_LLcm)
         v = (observation.v + omega)[None]
-        around = payload_wrench(model, observation.R[None], observation.W[None], v)[0]
+        around = payload_wrench(model, observation.R[None], observation.W[None], v).wrench[0]
     feedback = desired.a + np.multiply(gains.position, desired.p - observation.p)
     feedback = feedback + np.multiply(gains.velocity, desired.v - observation.v)
     feedback[2] += GRAVITY
@@ -122,8 +122,7 @@ class GeometricController(PayloadController):
     Examples
     --------
     >>> from drake_aerial import GeometricController, GeometricParameters
-    >>> from drake_aerial.dynamics.air_forces import payload_wrench
-from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
+    >>> from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
     >>> inertia = [[6e-3, 0, 0], [0, 5.9e-3, 0], [0, 0, 1.07e-2]]
     >>> belief = PayloadModelParameters(mass=0.25, inertia=inertia, p_LC=[[0, 0, 0.14]])
     >>> controller = GeometricController(belief, GeometricParameters("geometric_ff"))

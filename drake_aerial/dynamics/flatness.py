@@ -167,7 +167,8 @@ def _tabulate(
         if model.air is not None:
             if k == 0:
                 R[:] = matrix_from_quat(quat_about_axis(np.array([0.0, 0.0, 1.0]), trajectory.yaw))
-            air = payload_wrench(model, R, W, v_L + _turning(R, W, model.p_LLcm), wind)
+            v = v_L + _turning(R, W, model.p_LLcm)
+            air = payload_wrench(model, R, W, v, wind).wrench
             force = force - air[:, 0:3]
             moment = moment - _smooth(air[:, 3:6], SWING_SMOOTHING)
         q = producible_attitude(model, trajectory.yaw, force, moment)
@@ -222,50 +223,6 @@ def _of_body(R: Array, W: Array, dW: Array, point: Array) -> Array:
     point = np.broadcast_to(point, W.shape)
     body = cross(dW, point) + cross(W, cross(W, point))
     return (R @ body[:, :, None])[:, :, 0]
-
-
-def disturbed(
-    model: PayloadModelParameters, yaw: float, desired: Reference, wrench: Array
-) -> Reference:
-    """Return the reference (batch B) of a payload under a constant external wrench.
-
-    The cables' forces balance the wrench; for contacts on a line the attitude does its part. At
-    rest the result is an equilibrium of the model under the wrench. In motion the effect of the
-    wrench on the accelerations of the cables and on the payload's rotation is neglected.
-
-    Parameters
-    ----------
-    model : PayloadModelParameters
-    yaw : float
-        Yaw of the trajectory [rad].
-    desired : Reference
-        Reference without the wrench.
-    wrench : (6,) array
-        Force on the CoM in the world [N], moment in the axes of L [N m].
-    """
-    force = desired.mu.sum(1)
-    changed, moment, R = force - wrench[0:3], desired.moment - wrench[3:6], desired.R
-    if model.hinged:
-        before = producible_attitude(model, yaw, force, desired.moment)
-        after = producible_attitude(model, yaw, changed, moment)
-        R = matrix_from_quat(quat_multiply(after, quat_conjugate(before))) @ R
-    needed = np.concatenate([(changed[:, None] @ R)[:, 0], moment], axis=1)
-    mu = (needed @ model.grasp_inverse.T).reshape(-1, model.n, 3) @ np.swapaxes(R, 1, 2)
-    size = np.sqrt((mu * mu).sum(-1, keepdims=True))
-    xi = -mu / size
-    # The direction of a smaller force turns faster.
-    rate = cross(desired.w, desired.xi) * (np.sqrt((desired.mu**2).sum(-1, keepdims=True)) / size)
-    more = mu - desired.mu
-    return desired._replace(
-        R=R,
-        xi=xi,
-        w=cross(xi, rate),
-        F=desired.F + more,
-        u=desired.u + more,
-        pull=changed / np.sqrt((changed * changed).sum(-1, keepdims=True)),
-        mu=mu,
-        moment=moment,
-    )
 
 
 class ReferenceTable:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_aerial.dynamics.air_forces import AirJacobians, air_jacobians
+from drake_aerial.dynamics.air_forces import air_jacobians
 from drake_aerial.dynamics.payload_model import (
     PayloadDerivative,
     PayloadState,
@@ -95,20 +95,20 @@ def linearize(
     tilt[..., 1] = E[..., 0]
     turning = np.vecmat(d.q, tilt)
     spin = np.vecmat(x.w, E)
-    air = None if model.air is None else air_jacobians(model, x, tilt, wind)
+    air = None if d.air is None else air_jacobians(model, x, tilt, d.air)
     X, G = _acceleration_jacobians(model, x, d, E, tilt, turning, spin, air)
 
     # With air there are columns of v behind those of y.
-    width = ny if air is None else ny + 3
+    width = X.shape[2]
     constant, by_thrusts = model.constant_jacobians
-    A_y = np.zeros((B, ny, width))
-    A_y[:, :, :ny] = constant
+    A_y = np.empty((B, ny, ny))
+    A_y[:] = constant
     A_y[:, 0:3, 0:3] = -0.5 * skew(x.W)
-    A_y[:, 3:6] = X[:, 0:3]
+    A_y[:, 3:6] = X[:, 0:3, :ny]
     q_y = G.reshape(B, n, 3, width) / model.cable_length[:, None, None]
     q_y[..., :ny] += by_thrusts
     if air is not None:
-        q_y -= air.on_quadrotors / (model.quadrotor_mass * model.cable_length)[:, None, None]
+        q_y -= air[1] / (model.quadrotor_mass * model.cable_length)[:, None, None]
     own_blocks(q_y, iA, 2)[:] += skew(d.q) @ E
     by_cable = tilt.mT @ q_y
     # Transport of w along the sphere: the chart's curvature, of second order in the cable's rate.
@@ -116,15 +116,18 @@ def linearize(
     normal[..., 0] = -spin[..., 1]
     normal[..., 1] = spin[..., 0]
     own_blocks(by_cable, iA, 2)[:] -= 0.5 * normal[..., :, None] * normal[..., None, :]
-    A_y[:, iB : iB + 2 * n] = by_cable.reshape(B, 2 * n, width)
+    by_cable = by_cable.reshape(B, 2 * n, width)
+    A_y[:, iB : iB + 2 * n] = by_cable[:, :, :ny]
+    by_v: Array | None = None
+    if air is not None:
+        by_v = np.zeros((B, 3 + ny, 3))
+        by_v[:, 0:3], by_v[:, 6:9] = X[:, 3:6, ny:], X[:, 0:3, ny:]
+        by_v[:, 3 + iB : 3 + iB + 2 * n] = by_cable[:, :, ny:]
 
     cables = (spin.reshape(B, 2 * n), turning.reshape(B, 2 * n))
     rate = np.concatenate([d.v, d.a, d.W, d.dW, *cables, d.dF.reshape(B, 3 * n)], axis=1)
     B_F = 1.0 / model.thrust_lag.ravel()
-    if air is None:
-        return Linearization(rate, X[:, 3:6], A_y, B_F, E)
-    by_v = np.concatenate([X[:, 3:6, ny:], A_y[:, :, ny:]], axis=1)
-    return Linearization(rate, X[:, 3:6, :ny], np.ascontiguousarray(A_y[:, :, :ny]), B_F, E, by_v)
+    return Linearization(rate, X[:, 3:6, :ny], A_y, B_F, E, by_v)
 
 
 def _acceleration_jacobians(
@@ -135,7 +138,7 @@ def _acceleration_jacobians(
     tilt: Array,
     turning: Array,
     spin: Array,
-    air: AirJacobians | None = None,
+    air: tuple[Array, Array] | None = None,
 ) -> tuple[Array, Array]:
     """Return derivatives with respect to y of the payload's and the contacts' accelerations.
 
@@ -153,7 +156,8 @@ def _acceleration_jacobians(
         Derivative of the cables' directions with respect to their errors.
     turning, spin : (B, n, 2) arrays
         Angular accelerations and rates of the cables, in the tangent bases.
-    air : AirJacobians, optional
+    air : pair of arrays, optional
+        Result of `air_jacobians`.
 
     Returns
     -------
@@ -181,8 +185,9 @@ def _acceleration_jacobians(
     X[:, 0:3, :iB] = model.inertia_inverse @ N[:, :, :iB]
     X[:, 3:6, iA:iB] = np.swapaxes(tilt * (T / -model.mass), 1, 2).reshape(B, 3, 2 * n)
     if air is not None:
-        X[:, 0:3] += model.inertia_inverse @ air.wrench[:, 3:6]
-        X[:, 3:6] += air.wrench[:, 0:3] / model.mass
+        by_air = model.mobility @ air[0]
+        X[:, :, 0:6] += by_air[:, :, 0:6]
+        X[:, :, ny:] += by_air[:, :, 6:9]
     X_T = np.empty((B, 6, n))
     X_T[:, 0:3] = -(np.matvec(arm, eta) @ model.inertia_inverse).mT
     X_T[:, 3:6] = x.xi.mT / -model.mass
@@ -206,7 +211,7 @@ def _acceleration_jacobians(
     own_blocks(residual, iF, 3)[:, :, 0] += x.xi / model.quadrotor_mass[:, None]
     if air is not None:
         by_mass = x.xi / model.quadrotor_mass[:, None]
-        residual += by_mass[:, :, None] @ air.on_quadrotors
+        residual += by_mass[:, :, None] @ air[1]
     dT = -(d.tension_inverse @ residual[:, :, 0])
     X += X_T @ dT
     G += (lever @ X_T) @ dT

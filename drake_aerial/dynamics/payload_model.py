@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_aerial.dynamics.air_forces import air_forces
+from drake_aerial.dynamics.air_forces import AirForces, air_forces
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
 from drake_aerial.dynamics.payload_state import PayloadState
 from drake_aerial.geometry import (
@@ -49,6 +49,8 @@ class PayloadDerivative(NamedTuple):
         W' x a + W x (W x a) of each contact, in the axes of L [m/s^2].
     tension_inverse : (B, n, n) array
         Inverse of the matrix of the linear system in the tensions [kg].
+    air : AirForces or None
+        Forces of the air; None for a model without air.
     """
 
     v: Array
@@ -62,6 +64,7 @@ class PayloadDerivative(NamedTuple):
     q: Array
     arm_acceleration: Array
     tension_inverse: Array
+    air: AirForces | None = None
 
     @property
     def dw(self) -> Array:
@@ -92,20 +95,21 @@ def derivative(
     wind : (3,) array, optional
         Velocity of the air in the world [m/s], of a model with air.
     """
-    F = x.F
-    if model.air is not None:
-        air = air_forces(model, x, wind)
-        wrench = air.wrench if wrench is None else air.wrench + wrench
-        F = F + air.on_quadrotors
     M, J, Jinv, a = model.mass, model.inertia, model.inertia_inverse, model.arms
     m, l = model.quadrotor_mass, model.cable_length
     eta = x.xi @ x.R
     S = np.matvec(model.arm_matrices, eta)
     Wx = skew(x.W)
+    turning = (Wx @ a.T).mT
+    F, air = x.F, None
+    if model.air is not None:
+        air = air_forces(model, x, turning, wind)
+        wrench = air.payload.wrench if wrench is None else air.payload.wrench + wrench
+        F = F + air.on_quadrotors
     gyro = -np.matvec(Wx, x.W @ J)
     if wrench is not None:
         gyro = gyro + wrench[..., 3:6]
-    centripetal = (Wx @ (Wx @ a.T)).mT
+    centripetal = (Wx @ turning.mT).mT
     D = x.xi @ x.xi.mT / M + (S @ Jinv) @ S.mT + model.inverse_masses
     rhs = (
         l * np.vecdot(x.w, x.w)
@@ -125,9 +129,8 @@ def derivative(
     arm = (skew(dW) @ a.T).mT + centripetal
     q = (acceleration[:, None] + arm @ x.R.mT - F / m[:, None]) / l[:, None]
     acceleration[:, 2] -= GRAVITY
-    return PayloadDerivative(
-        x.v, acceleration, x.W, dW, x.xi, x.w, (u - x.F) / model.thrust_lag, T, q, arm, inverse
-    )
+    dF = (u - x.F) / model.thrust_lag
+    return PayloadDerivative(x.v, acceleration, x.W, dW, x.xi, x.w, dF, T, q, arm, inverse, air)
 
 
 def rotation_exp(theta: Array) -> Array:

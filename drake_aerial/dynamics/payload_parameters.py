@@ -217,6 +217,19 @@ class PayloadModelParameters:
         air = ModelAir(payload.drag, payload.centre, each, payload.mass)
         return replace(self, mass=mass, p_LLcm=com, inertia=inertia, air=air)
 
+    @cached_property
+    def drag_lever(self) -> Array:
+        """[b]x of the lever b of drag and buoyancy about the CoM, (3, 3) [m]."""
+        assert self.air is not None
+        return skew(self.air.p_LD - self.p_LLcm)
+
+    @cached_property
+    def mobility(self) -> Array:
+        """Matrix (6, 6) from force and moment about the CoM to angular and linear acceleration."""
+        matrix = np.zeros((6, 6))
+        matrix[0:3, 3:6], matrix[3:6, 0:3] = self.inertia_inverse, np.eye(3) / self.mass
+        return matrix
+
     @property
     def hanging_mass(self) -> float:
         """Mass that a scale shows: all that hangs on the cables, without the air [kg]."""

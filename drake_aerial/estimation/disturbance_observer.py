@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
+from drake_aerial.dynamics.air_forces import payload_wrench
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
 from drake_aerial.estimation.observation import Observation
 from drake_aerial.geometry import Array, cross
 from drake_aerial.io.records import NonNegative, Positive, PositiveOrInfinite, record
+from drake_aerial.plant.air import rotor_drag
 from drake_aerial.statics.gravity import GRAVITY
 
 
@@ -26,12 +28,15 @@ class Disturbance(NamedTuple):
         On each quadrotor, in the world, perpendicular to its cable [N].
     limited : bool
         True if one of them is held at the observer's limit, so that the estimate is too small.
+    wind : (3,) array or None
+        Velocity of the air in the world [m/s]; None if it is not observed.
     """
 
     force: Array
     moment: Array
     on_quadrotors: Array
     limited: bool
+    wind: Array | None = None
 
     @property
     def wrench(self) -> Array:
@@ -104,6 +109,8 @@ class DisturbanceObserver:
     0.12
     """
 
+    kind: Literal["force"] = "force"
+    """force; wind is the other observer, `WindObserver`."""
     time: Positive = 0.5
     """Time constant of the forces [s]."""
     moment_time: PositiveOrInfinite = 1.0
@@ -113,6 +120,11 @@ class DisturbanceObserver:
     (dimensionless)."""
     lever: NonNegative = 0.12
     """Largest moment over the payload's weight [m]: the largest error of its centre of mass."""
+
+    @staticmethod
+    def size(n: int) -> int:
+        """Return the length of the memory for n quadrotors; zeros are the initial state."""
+        return ObserverMemory.size(n)
 
     def step(
         self,
@@ -139,11 +151,14 @@ class DisturbanceObserver:
         quadrotors = np.concatenate([o.v_WQ, o.xi, o.xi @ o.R, o.z_WQ]).reshape(4, n, 3)
         estimate, limited = memory.estimate, [False]
         if memory.begun:
-            found = self._residual(model, memory, v, o.W, quadrotors, thrust, dt)
+            found = residual(model, memory, v, o.W, quadrotors, thrust, dt)
+            if model.air is not None:
+                mean = 0.5 * (memory.v + v)
+                found = found - _in_still_air(model, o, mean)
             gain = np.full(6 + 3 * n, -np.expm1(-dt / self.time))
             gain[3:6] = -np.expm1(-dt / self.moment_time)
             estimate = estimate + gain * (found - estimate)
-            weight = GRAVITY * model.mass
+            weight = GRAVITY * model.hanging_mass
             limits = [self.share * weight, self.lever * weight]
             limits += (self.share * GRAVITY * model.quadrotor_mass).tolist()
             limited = [_limit(part, bound) for part, bound in zip(estimate.reshape(-1, 3), limits)]
@@ -153,30 +168,72 @@ class DisturbanceObserver:
         )
         return disturbance, ObserverMemory(1.0, v, o.W, quadrotors, estimate)
 
-    @staticmethod
-    def _residual(
+    def advance(
+        self,
         model: PayloadModelParameters,
-        memory: ObserverMemory,
-        v: Array,
-        W: Array,
-        quadrotors: Array,
+        memory: Array,
+        observation: Observation,
         thrust: Array,
         dt: float,
-    ) -> Array:
-        """Return the forces and the moment (6 + 3 n,) behind the last change of velocities."""
-        m = model.quadrotor_mass[:, None]
-        before, mean = memory.quadrotors, 0.5 * (memory.quadrotors + quadrotors)
-        _, xi, eta, z = mean
-        xi = xi / np.sqrt((xi * xi).sum(-1, keepdims=True))
-        rest = m * (quadrotors[0] - before[0]) / dt - (thrust * z).sum(-1, keepdims=True) * z
-        rest[:, 2] += GRAVITY * m[:, 0]
-        tension = (rest * xi).sum(-1, keepdims=True)
-        mean_W = 0.5 * (memory.W + W)
-        pull = (tension * xi).sum(0)
-        force = model.mass * ((v - memory.v) / dt + [0.0, 0.0, GRAVITY]) + pull
-        spin = model.inertia @ (W - memory.W) / dt + cross(mean_W, model.inertia @ mean_W)
-        moment = spin + cross(model.arms, tension * eta).sum(0)
-        return np.concatenate([force, moment, (rest - tension * xi).ravel()])
+    ) -> tuple[Disturbance, Array]:
+        """Return the disturbance and the memory as a vector; see `step`."""
+        before = ObserverMemory.unpack(memory)
+        disturbance, after = self.step(model, before, observation, thrust, dt)
+        return disturbance, after.pack()
+
+
+def residual(
+    model: PayloadModelParameters,
+    memory: ObserverMemory,
+    v: Array,
+    W: Array,
+    quadrotors: Array,
+    thrust: Array,
+    dt: float,
+) -> Array:
+    """Return the forces and the moment (6 + 3 n,) behind the last change of velocities.
+
+    Parameters
+    ----------
+    model : PayloadModelParameters
+    memory : ObserverMemory
+        Velocities at the last observation.
+    v, W, quadrotors :
+        The same at this one, as in `ObserverMemory`.
+    thrust : (n, 3) array
+        Thrusts commanded in between, in the world [N].
+    dt : float
+        Time in between [s].
+
+    Returns
+    -------
+    Force on the payload in the world [N], moment about its CoM in L [N m], and the forces on the
+    quadrotors perpendicular to their cables. Gravity, thrusts and the cables' pulls are taken out.
+    """
+    m = model.quadrotor_mass[:, None]
+    before, mean = memory.quadrotors, 0.5 * (memory.quadrotors + quadrotors)
+    _, xi, eta, z = mean
+    xi = xi / np.sqrt((xi * xi).sum(-1, keepdims=True))
+    rest = m * (quadrotors[0] - before[0]) / dt - (thrust * z).sum(-1, keepdims=True) * z
+    rest[:, 2] += GRAVITY * m[:, 0]
+    tension = (rest * xi).sum(-1, keepdims=True)
+    mean_W = 0.5 * (memory.W + W)
+    pull = (tension * xi).sum(0)
+    force = model.mass * ((v - memory.v) / dt + [0.0, 0.0, GRAVITY]) + pull
+    spin = model.inertia @ (W - memory.W) / dt + cross(mean_W, model.inertia @ mean_W)
+    moment = spin + cross(model.arms, tension * eta).sum(0)
+    return np.concatenate([force, moment, (rest - tension * xi).ravel()])
+
+
+def _in_still_air(model: PayloadModelParameters, o: Observation, v: Array) -> Array:
+    """Return what the forces of still air add to a `residual` (6 + 3 n,)."""
+    assert model.air is not None
+    wrench = payload_wrench(model, o.R[None], o.W[None], v[None]).wrench[0]
+    drag = rotor_drag(model.air.rotor_drag, o.z_WQ, -o.v_WQ)
+    along = (drag * o.xi).sum(-1, keepdims=True)
+    wrench[0:3] += (along * o.xi).sum(0)
+    wrench[3:6] += cross(model.arms, along * (o.xi @ o.R)).sum(0)
+    return np.concatenate([wrench, (drag - along * o.xi).ravel()])
 
 
 def _limit(vector: Array, bound: float) -> bool:

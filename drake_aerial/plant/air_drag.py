@@ -2,13 +2,9 @@
 
 from math import sqrt
 
-import numpy as np
-from pydrake.common.value import AbstractValue
-from pydrake.multibody.math import SpatialForce
-from pydrake.multibody.plant import ExternallyAppliedSpatialForce, MultibodyPlant
-from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem, OutputPort
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, LeafSystem, OutputPort
 
-from drake_aerial.geometry import Array
 from drake_aerial.plant.air import AirParameters, payload_air
 from drake_aerial.plant.part_checks import check_list, check_plant, check_type
 from drake_aerial.plant.payload_body import PayloadBody
@@ -30,12 +26,12 @@ class AirDrag(LeafSystem):
     | in `wind` | 3 | velocity of the air in the world [m/s]; optional (0) |
     | in `payload_state` | 13 | w x y z, position, angular and linear velocity of L in the world |
     | in `quadrotor_states` | 13 n | the same of each Q |
-    | out `applied_spatial_force` | abstract | spatial forces for the plant |
+    | out `applied_generalized_force` | - | generalized forces for the plant [N, N m] |
 
     Parameters
     ----------
     plant : MultibodyPlant
-        Finalized.
+        Finalized. Payload and quadrotors are free bodies in it.
     payload : PayloadBody
     quadrotors : list of Quadrotor
     parameters : AirParameters
@@ -55,29 +51,32 @@ class AirDrag(LeafSystem):
         self._drag, self._centre = air.drag.tolist(), air.centre.tolist()
         self._buoyancy = 0.0 if payload.air is None else GRAVITY * air.mass
         self._rotor_drag = [parameters.rotor_drag * q.parameters.mass for q in quadrotors]
-        self._payload, self._quadrotors = payload.body.index(), [q.body.index() for q in quadrotors]
+        # Generalized forces of a free body are its moment and force in the world.
+        self._size = plant.num_velocities()
+        self._payload = payload.body.floating_velocities_start_in_v()
+        self._quadrotors = [q.body.floating_velocities_start_in_v() for q in quadrotors]
         self._wind = self.DeclareVectorInputPort("wind", 3)
         self._payload_state = self.DeclareVectorInputPort("payload_state", 13)
         self._quadrotor_states = self.DeclareVectorInputPort("quadrotor_states", 13 * n)
-        model = plant.AllocateInputAbstract(plant.get_applied_spatial_force_input_port())
         inputs = {port.ticket() for port in (self._wind, self._payload_state)}
         inputs.add(self._quadrotor_states.ticket())
-        self.DeclareAbstractOutputPort("applied_spatial_force", model.Clone, self._calc, inputs)
+        name = "applied_generalized_force"
+        self.DeclareVectorOutputPort(name, self._size, self._calc, inputs)
 
-    def _calc(self, context: Context, value: AbstractValue) -> None:
-        wind = [0.0, 0.0, 0.0]
+    def _calc(self, context: Context, output: BasicVector) -> None:
+        wind = _STILL
         if self._wind.HasValue(context):
             wind = self._wind.Eval(context).tolist()
-        payload = self._payload_state.Eval(context).tolist()
-        forces = [_push(self._payload, self._centre, self._on_payload(payload, wind))]
-        states = self._quadrotor_states.Eval(context).tolist()
-        for k, (body, c) in enumerate(zip(self._quadrotors, self._rotor_drag, strict=True)):
-            state = states[13 * k : 13 * k + 13]
-            forces.append(_push(body, _CENTRE, _rotor_drag(c, state, wind)))
-        value.set_value(forces)
+        forces, k = [0.0] * self._size, self._payload
+        forces[k : k + 6] = self._on_payload(self._payload_state.Eval(context).tolist(), wind)
+        states, first = self._quadrotor_states.Eval(context).tolist(), 0
+        for k, c in zip(self._quadrotors, self._rotor_drag, strict=True):
+            forces[k + 3 : k + 6] = _rotor_drag(c, states[first : first + 13], wind)
+            first += 13
+        output.SetFromVector(forces)
 
     def _on_payload(self, state: list[float], wind: list[float]) -> list[float]:
-        """Return drag and buoyancy in the world [N]."""
+        """Return moment about L's origin [N m] and force [N] of drag and buoyancy, in the world."""
         # Plain floats: for few bodies they are several times faster than small arrays.
         w, x, y, z, _, _, _, p, q, r, vx, vy, vz = state
         xx, yy, zz, xy, xz, yz = x * x, y * y, z * z, x * y, x * z, y * z
@@ -97,12 +96,12 @@ class AirDrag(LeafSystem):
         u0, u1, u2 = (R[0][i] * u[0] + R[1][i] * u[1] + R[2][i] * u[2] for i in range(3))
         speed = sqrt(u0 * u0 + u1 * u1 + u2 * u2)
         f = [speed * (row[0] * u0 + row[1] * u1 + row[2] * u2) for row in self._drag]
-        force = [row[0] * f[0] + row[1] * f[1] + row[2] * f[2] for row in R]
-        force[2] += self._buoyancy
-        return force
+        fx, fy, fz = (row[0] * f[0] + row[1] * f[1] + row[2] * f[2] for row in R)
+        fz += self._buoyancy
+        return [cy * fz - cz * fy, cz * fx - cx * fz, cx * fy - cy * fx, fx, fy, fz]
 
 
-_CENTRE = [0.0, 0.0, 0.0]
+_STILL = [0.0, 0.0, 0.0]
 
 
 def _rotor_drag(coefficient: float, state: list[float], wind: list[float]) -> list[float]:
@@ -111,15 +110,11 @@ def _rotor_drag(coefficient: float, state: list[float], wind: list[float]) -> li
     a, b, c = 2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)
     u, v, s = wind[0] - state[10], wind[1] - state[11], wind[2] - state[12]
     along = a * u + b * v + c * s
-    return [coefficient * (u - along * a), coefficient * (v - along * b), coefficient * (s - along * c)]
-
-
-def _push(body: int, p_BoBq_B: Array | list[float], f_W: list[float]) -> ExternallyAppliedSpatialForce:
-    force = ExternallyAppliedSpatialForce()
-    force.body_index = body
-    force.p_BoBq_B = p_BoBq_B
-    force.F_Bq_W = SpatialForce(np.zeros(3), f_W)
-    return force
+    return [
+        coefficient * (u - along * a),
+        coefficient * (v - along * b),
+        coefficient * (s - along * c),
+    ]
 
 
 def connect_air(
@@ -155,7 +150,7 @@ def connect_air(
     -------
     wind : Wind or None
     forces : OutputPort
-        Spatial forces, for the plant's applied_spatial_force port.
+        Generalized forces, for the plant's applied_generalized_force port.
 
     Raises
     ------

@@ -11,13 +11,14 @@ from pydrake.systems.framework import LeafSystem
 from drake_aerial.choices import CONTROLLERS, Belief, CableKind, Retiming
 from drake_aerial.control.controller import PayloadController
 from drake_aerial.control.controller_parameters import CONTROLLERS as DEFAULTS
-from drake_aerial.control.controller_parameters import ControllerParameters
+from drake_aerial.control.controller_parameters import ControllerParameters, MpcParameters
 from drake_aerial.control.geometric import GeometricController
 from drake_aerial.control.mpc.payload_mpc import PayloadMpc
 from drake_aerial.dynamics.path_limits import LIMITS, PathLimits
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
 from drake_aerial.errors import InputError
 from drake_aerial.estimation.observation import PositionFilter
+from drake_aerial.estimation.wind_observer import WindObserver
 from drake_aerial.io.records import Flag, NonNegative, Positive, record
 from drake_aerial.plant.cable import CableParameters
 from drake_aerial.references.trajectory import Trajectory
@@ -111,6 +112,9 @@ class FlightOptions:
         if parameters is not None:
             if parameters.position_filter is None:
                 parameters = replace(parameters, position_filter=position_filter)
+            if isinstance(parameters, MpcParameters) and parameters.observer is None:
+                in_wind = station.wind is not None and model.air is not None
+                parameters = replace(parameters, observer=WindObserver() if in_wind else "off")
             return make(model, parameters, offset=given.get("offset", offset))
         ours = isinstance(make, type) and issubclass(make, PayloadController)
         matched = {"offset": offset, "position_filter": position_filter} if ours else {}

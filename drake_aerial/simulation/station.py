@@ -96,8 +96,8 @@ class TransportStation(Diagram):
             speeds = self.perception.GetInputPort("squared_speeds")
             builder.Connect(self.propulsion.squared_speed, speeds)
         self._add_cables(builder, states)
-        drag = self._add_air(builder, states)
-        self._sum_forces(builder, self.propulsion.forces, self.cable_system.forces, drag)
+        self._add_air(builder, states)
+        self._sum_forces(builder, self.propulsion.forces, self.cable_system.forces)
         self._export_ports(builder, states)
         self._connect_controller(builder)
         self._log.connect(builder)
@@ -109,17 +109,17 @@ class TransportStation(Diagram):
         self.cable_system = connect_cables(builder, self.plant, self.cables, *states)
         builder.Connect(self.cable_system.attached_port, self.perception.GetInputPort("attached"))
 
-    def _add_air(self, builder: DiagramBuilder, states: Ports) -> OutputPort | None:
-        """Add wind and the forces of the air, if there is air; return the port of the forces."""
+    def _add_air(self, builder: DiagramBuilder, states: Ports) -> None:
+        """Add wind and the forces of the air, if there is air."""
         self.wind: Wind | None = None
         air, wind = self.parameters.air, self.parameters.wind
         if air is None:
-            return None
+            return
         parts = self.plant, self.payload_body, self.quadrotors
         self.wind, forces = connect_air(builder, *parts, *states, air, wind)
         if self.wind is not None:
             self._log.export(builder, self.wind.get_output_port(), "wind.velocity")
-        return forces
+        builder.Connect(forces, self.plant.get_applied_generalized_force_input_port())
 
     def _sum_forces(self, builder: DiagramBuilder, *forces: OutputPort | None) -> None:
         """Apply the forces to the plant."""

@@ -34,8 +34,7 @@ class StationParameters:
     Examples
     --------
     >>> from drake_aerial import StationParameters
-    >>> from drake_aerial.plant.air import AirParameters
-from drake_aerial.plant.cable import CableParameters
+    >>> from drake_aerial.plant.cable import CableParameters
     >>> short, long = CableParameters(length=0.5), CableParameters(length=0.8)
     >>> StationParameters(cable=[short, long]).cable_lengths(2).tolist()
     [0.5, 0.8]

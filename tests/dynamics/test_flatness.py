@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
 
-from drake_aerial.dynamics.flatness import ReferenceTable, disturbed
+from drake_aerial.dynamics.flatness import ReferenceTable
 from drake_aerial.dynamics.payload_model import PayloadState, derivative
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
+from drake_aerial.dynamics.reference_changes import disturbed
 from drake_aerial.references.trajectory import HoverTrajectory, TransportTrajectory
 from drake_aerial.statics.gravity import GRAVITY
 from tests.control.payload_cases import random_model

@@ -9,13 +9,14 @@ import pytest
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_aerial.errors import InputError
+from drake_aerial.plant.air import AirParameters
+from drake_aerial.plant.air_drag import connect_air
 from drake_aerial.plant.cable import add_cable
 from drake_aerial.plant.cable_forces import connect_cables
 from drake_aerial.plant.gripper import GripperParameters, add_gripper
 from drake_aerial.plant.payload import Payload
 from drake_aerial.plant.payload_body import add_payload
 from drake_aerial.plant.quadrotor import add_quadrotor, connect_propellers
-from drake_aerial.plant.wind import WindParameters, connect_wind
 from drake_aerial.plant.world import add_plant
 
 TOP = [0.0, 0.0, 0.1]
@@ -151,20 +152,20 @@ CONNECTING = {
         ),
         r"`cables` must be on one payload: call connect_cables once per payload",
     ),
-    "a payload that is no body, in wind": (
-        lambda p: connect_wind(
+    "a payload that is no body, in air": (
+        lambda p: connect_air(
             p.builder,
             p.plant,
             p.box,
             [p.quadrotor],
             p.state(p.payload),
             p.state(p.quadrotor),
-            WindParameters(),
+            AirParameters(),
         ),
         r"`payload` must be a PayloadBody as add_payload returns it, got a Payload",
     ),
-    "a vector for wind": (
-        lambda p: connect_wind(
+    "a vector for air": (
+        lambda p: connect_air(
             p.builder,
             p.plant,
             p.payload,
@@ -173,7 +174,7 @@ CONNECTING = {
             p.state(p.quadrotor),
             (1.0, 0.0, 0.0),
         ),
-        r"`parameters` must be a WindParameters, got a tuple",
+        r"`parameters` must be a AirParameters, got a tuple",
     ),
 }
 

@@ -7,6 +7,7 @@ from scipy.optimize import fsolve
 from drake_aerial.errors import InputError
 from drake_aerial.estimation.disturbance_observer import DisturbanceObserver
 from drake_aerial.geometry import matrix_from_quat
+from drake_aerial.plant.air import AirParameters
 from drake_aerial.plant.dryden import Dryden
 from drake_aerial.plant.wind import WindParameters
 from drake_aerial.references.trajectory import HoverTrajectory
@@ -34,9 +35,15 @@ def hover(suspension, seconds=12.0, controller="geometric", parameters=None, **o
     ).run()
 
 
+def rotor_drag(thrust, speed):
+    """Rotor drag (x, z) of wind along x, across a thrust in the x-z plane."""
+    z = thrust / np.linalg.norm(thrust)
+    return 0.465 * m * speed * (np.array([1.0, 0.0]) - z[0] * z)
+
+
 def test_a_constant_wind_deflects_the_payload_as_statics_predicts(hang):
-    wind = WindParameters(mean=(1.2, 0.0, 0.0), quadrotor_drag_area=0.04)
-    result = hover(hang(), 25.0, parameters=StationParameters(noise=0.0, wind=wind))
+    wind, air = WindParameters(mean=(1.2, 0.0, 0.0)), AirParameters(added_mass=0.0)
+    result = hover(hang(), 25.0, parameters=StationParameters(noise=0.0, air=air, wind=wind))
     assert result.metrics["outcome"] == "completed"
     s = result.series
     assert np.ptp(s["payload_position"][-200:], axis=0).max() < 2e-3
@@ -57,8 +64,9 @@ def test_a_constant_wind_deflects_the_payload_as_statics_predicts(hang):
     a = fsolve(along_the_cable, 0.0)[0]
     pull = drag(a) - [0.0, M * G]  # T xi
     tension, xi = np.linalg.norm(pull), pull / np.linalg.norm(pull)
-    on_quadrotor = np.array([0.5 * 1.225 * 0.04 * 1.2**2, 0.0])
-    thrust = np.array([0.0, (m + LINK) * G]) - pull - on_quadrotor
+    thrust = rest = np.array([0.0, (m + LINK) * G]) - pull
+    for _ in range(20):
+        thrust = rest - rotor_drag(thrust, 1.2)
     assert abs(a) > np.deg2rad(2.0)
     assert s["tilt"][-1] == pytest.approx(abs(a), abs=2e-3)
     assert s["tension"][-1, 0] == pytest.approx(tension, rel=1e-3)
@@ -69,9 +77,12 @@ def test_a_constant_wind_deflects_the_payload_as_statics_predicts(hang):
     # The law has no integral: it makes this thrust only where position errors ask for it.
     def law(e):
         wish = np.array([1.45 * e[0], 3.0 * e[1] + G])
-        aim, across = -wish / np.linalg.norm(wish), np.array([xi[1], -xi[0]])
+        carried = 1.225 * 0.68 * 0.61 * 0.28  # has inertia and no weight
+        mu = (M + carried) * wish - [0.0, carried * G]
+        aim, across = -mu / np.linalg.norm(mu), np.array([xi[1], -xi[0]])
         turn = -16.0 * 0.5 * (aim @ across)  # the quadrotor goes against the way its cable turns
-        return xi * (xi @ wish) * (M + m) + across * (m * (across @ wish) + m * turn) - thrust
+        along = xi * (xi @ (mu + m * wish))
+        return along + across * (m * (across @ wish) + m * turn) - thrust
 
     expected = fsolve(law, np.zeros(2))
     error = (s["reference_position"][-1] - s["payload_position"][-1])[[0, 2]]
@@ -84,8 +95,8 @@ def test_a_constant_wind_deflects_the_payload_as_statics_predicts(hang):
 )
 def test_with_a_disturbance_observer_wind_leaves_no_offset(box, contacts):
     # Statics of the whole: the thrusts carry all weight and wind forces, whatever the cables do.
-    speed, area = 1.0, 0.02
-    wind = WindParameters(mean=(speed, 0.0, 0.0), quadrotor_drag_area=area)
+    speed = 1.0
+    wind = WindParameters(mean=(speed, 0.0, 0.0))
     suspension = SuspendedPayload.from_contacts(
         box, np.array(contacts), np.tile([0.0, 0.0, 1.0], (len(contacts), 1))
     )
@@ -98,10 +109,12 @@ def test_with_a_disturbance_observer_wind_leaves_no_offset(box, contacts):
     assert error.max() > 0.02  # it comes as a surprise
     assert error[-100:].max() < 0.005
     if n == 3:  # level: the faces that the wind meets are the box's own
-        drag = 0.5 * 1.225 * speed**2 * (1.05 * 0.61 * 0.28 + n * area)
+        drag = np.array([0.5 * 1.225 * speed**2 * 1.05 * 0.61 * 0.28, 0.0, 0.0])
         z = matrix_from_quat(s["quadrotor_quaternion"][-1])[:, :, 2]
+        drag += 0.465 * m * speed * (n * np.eye(3)[0] - z.T @ z[:, 0])
         total = (s["thrust"][-1][:, None] * z).sum(0)
-        assert total == pytest.approx([-drag, 0.0, (0.25 + n * (0.002 + m + LINK)) * G], abs=0.01)
+        weight = [0.0, 0.0, (0.25 + n * (0.002 + m + LINK)) * G]
+        assert total == pytest.approx(weight - drag, abs=0.01)
 
 
 @pytest.mark.parametrize("ratio", [0.8, 1.25])

@@ -17,16 +17,14 @@ from drake_aerial.control.mpc.horizon import Horizon, pack
 from drake_aerial.control.mpc.mpc_memory import MpcMemory, initial_guess, measured_state
 from drake_aerial.control.mpc.tracking_cost import TrackingCost
 from drake_aerial.dynamics.discretization import change_chart, discretize, repeated
-from drake_aerial.dynamics.flatness import Reference, ReferenceTable, disturbed, reference_table
+from drake_aerial.dynamics.flatness import Reference, ReferenceTable, reference_table
+from drake_aerial.dynamics.reference_changes import blown, disturbed
 from drake_aerial.dynamics.linearization import linearize
 from drake_aerial.dynamics.payload_model import PayloadState, retract, tangent_basis
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
-from drake_aerial.estimation.disturbance_observer import (
-    Disturbance,
-    DisturbanceObserver,
-    ObserverMemory,
-)
+from drake_aerial.estimation.disturbance_observer import Disturbance, DisturbanceObserver
 from drake_aerial.estimation.observation import Observation
+from drake_aerial.estimation.wind_observer import WindObserver
 from drake_aerial.geometry import Array
 from drake_aerial.references.trajectory import Trajectory
 
@@ -43,9 +41,9 @@ class PayloadMpc(PayloadController):
     Plans start at the current time: measurements are `offset` old and are extrapolated, positions
     at the measured velocities, velocities and thrusts along the previous plan.
 
-    With an observer, the observed disturbance enters the prediction and the reference, so a
-    constant disturbance leaves no offset. A warning is issued once per flight if the estimate
-    exceeds the observer's limits.
+    With an observer, the observed disturbance or wind enters the prediction and the reference, so
+    a constant one leaves no offset. A warning is issued once per flight if the estimate of a
+    `DisturbanceObserver` exceeds its limits.
 
     The ports are those of `PayloadController`, and
 
@@ -95,6 +93,7 @@ class PayloadMpc(PayloadController):
         self.horizon = horizon = Horizon(p.stages, p.step, p.ticks_per_plan * p.period, offset)
         self.step_seconds: deque[float] = deque(maxlen=100_000)
         n = self._n = model.n
+        self._observer = None if p.observer == "off" else p.observer
         super().__init__(
             model,
             period=p.period,
@@ -112,7 +111,7 @@ class PayloadMpc(PayloadController):
 
     def initial_memory(self) -> Array:
         """Return the initial vector of an `MpcMemory`: zeros."""
-        observer = 0 if self.parameters.observer is None else ObserverMemory.size(self._n)
+        observer = 0 if self._observer is None else self._observer.size(self._n)
         return np.zeros(MpcMemory.size(len(self.horizon), self._n, observer))
 
     def for_smaller_team(self, model: PayloadModelParameters) -> PayloadMpc:
@@ -126,7 +125,7 @@ class PayloadMpc(PayloadController):
 
         The observer reads every sample.
         """
-        if self.parameters.observer is not None:
+        if self._observer is not None:
             return False
         return self._is_current(memory)
 
@@ -142,8 +141,8 @@ class PayloadMpc(PayloadController):
         begin = time.thread_time()
         n, N = self._n, len(self.horizon)
         disturbance: Disturbance | None = None
-        if self.parameters.observer is not None:
-            disturbance = self._observe(self.parameters.observer, t, memory, observation, thrust)
+        if self._observer is not None:
+            disturbance = self._observe(self._observer, t, memory, observation, thrust)
             is_current = self._is_current(memory)
             if is_current and all(np.isfinite(field).all() for field in observation):
                 return thrust
@@ -197,7 +196,7 @@ class PayloadMpc(PayloadController):
 
     def _observe(
         self,
-        observer: DisturbanceObserver,
+        observer: DisturbanceObserver | WindObserver,
         t: float,
         memory: Array,
         observation: Observation,
@@ -205,10 +204,14 @@ class PayloadMpc(PayloadController):
     ) -> Disturbance:
         """Return the disturbance and update `memory` in place; warn once if it is limited."""
         state = self._unpack(memory)
-        disturbance, after = observer.step(
-            self.model, ObserverMemory.unpack(state.observer), observation, thrust, self.period
+        disturbance, after = observer.advance(
+            self.model, state.observer, observation, thrust, self.period
         )
-        if disturbance.limited and not state.limited_steps:
+        if (
+            disturbance.limited
+            and not state.limited_steps
+            and isinstance(observer, DisturbanceObserver)
+        ):
             warnings.warn(
                 f"the observed disturbance is limited since t = {t:.2f} s: it exceeds `share` = "
                 f"{observer.share:g} or `lever` = {observer.lever:g} m of DisturbanceObserver; "
@@ -217,7 +220,7 @@ class PayloadMpc(PayloadController):
                 stacklevel=2,
             )
         limited_steps = state.limited_steps + disturbance.limited
-        memory[:] = state._replace(observer=after.pack(), limited_steps=limited_steps).pack()
+        memory[:] = state._replace(observer=after, limited_steps=limited_steps).pack()
         return disturbance
 
     def _desired(
@@ -226,6 +229,11 @@ class PayloadMpc(PayloadController):
         """Return the reference at the states of a plan from t [s]; its inputs are means."""
         horizon = self.horizon
         fine = table.rows(t + self._fine_times)
+        if disturbance is not None and disturbance.wind is not None:
+            whole = blown(
+                self.model, yaw, table.unpack(fine), disturbance.wind, self.parameters.step
+            )
+            fine = np.concatenate([field.reshape(len(fine), -1) for field in whole], axis=1)
         rows = fine[horizon.ends]
         rows[: len(horizon), table.inputs] = horizon.means @ fine[:-1, table.inputs]
         desired = table.unpack(rows)
@@ -244,10 +252,12 @@ class PayloadMpc(PayloadController):
     ) -> tuple[Array, int, int]:
         """Return the change of the inputs (N 3 n,), the QP iterations, and active bounds."""
         N, horizon, view = len(self.horizon), self.horizon, self.parameters.field_of_view
-        step, wrench = self.parameters.step, None if disturbance is None else disturbance.wrench
+        step, wrench, wind = self.parameters.step, None, None
+        if disturbance is not None:
+            wrench, wind = disturbance.wrench, disturbance.wind
         first = PayloadState(*(field[:N] for field in x))
         last = PayloadState(*(field[1:] for field in x))
-        linear = linearize(self.model, first, u, E[:N], wrench)
+        linear = linearize(self.model, first, u, E[:N], wrench, wind)
         discrete = change_chart(
             repeated(discretize(linear, step), horizon.units), first, E[:N], last, E[1:]
         )
