@@ -39,8 +39,8 @@ motions slower than the swing can be followed.
 """
 CORRECTIONS = 1
 """Number of corrections of the attitude for its own acceleration."""
-CORRECTIONS_IN_AIR = 4
-"""The same with air, whose drag and buoyancy depend on the attitude too."""
+STATICS_IN_AIR = 3
+"""Number of corrections of the attitude before that for drag and buoyancy, which depend on it."""
 _MARGIN = 200
 """Grid points at rest before and after the trajectory."""
 
@@ -162,7 +162,9 @@ def _tabulate(
     gravity = np.array([0.0, 0.0, GRAVITY])
     moment, a_cm = np.zeros((T, 3)), a_L
     air, R, W = np.zeros((T, 6)), np.zeros((T, 3, 3)), np.zeros((T, 3))
-    for k in range(1 + (CORRECTIONS if model.air is None else CORRECTIONS_IN_AIR)):
+    swing = SWING_SMOOTHING if model.air is None else _swing_smoothing(model)
+    statics = 0 if model.air is None else STATICS_IN_AIR
+    for k in range(1 + CORRECTIONS + statics):
         force = model.mass * (a_cm + gravity)
         if model.air is not None:
             if k == 0:
@@ -170,17 +172,18 @@ def _tabulate(
             v = v_L + _turning(R, W, model.p_LLcm)
             air = payload_wrench(model, R, W, v, wind).wrench
             force = force - air[:, 0:3]
-            moment = moment - _smooth(air[:, 3:6], SWING_SMOOTHING)
+            moment = moment - _smooth(air[:, 3:6], swing)
         q = producible_attitude(model, trajectory.yaw, force, moment)
         step = quat_multiply(quat_conjugate(q[:-1]), q[1:])
         angle = np.concatenate([np.zeros((1, 3)), np.cumsum(quat_log(step), axis=0)])
         W = _differentiate(angle)
         dW = _differentiate(W)
-        moment = _smooth(dW @ model.inertia + cross(W, W @ model.inertia), SWING_SMOOTHING)
-        R = matrix_from_quat(q)
-        a_cm = a_L + _smooth(_of_body(R, W, dW, model.p_LLcm), SWING_SMOOTHING)
+        R, moment = matrix_from_quat(q), np.zeros((T, 3))
+        if k >= statics:
+            moment = _smooth(dW @ model.inertia + cross(W, W @ model.inertia), swing)
+            a_cm = a_L + _smooth(_of_body(R, W, dW, model.p_LLcm), swing)
     if model.air is not None:
-        moment = moment - _smooth(air[:, 3:6], SWING_SMOOTHING)
+        moment = moment - _smooth(air[:, 3:6], swing)
     wrench = np.concatenate([(force[:, None] @ R)[:, 0], moment], axis=1)
     mu = (wrench @ model.grasp_inverse.T).reshape(T, n, 3) @ np.swapaxes(R, 1, 2)
     xi = -mu / np.linalg.norm(mu, axis=-1, keepdims=True)
@@ -195,6 +198,24 @@ def _tabulate(
     omega = (R @ W[:, :, None])[:, :, 0]
     pull = force / np.linalg.norm(force, axis=1, keepdims=True)
     return Reference(sample.p, sample.v, R, omega, xi, cross(xi, xi_dot), F, u, pull, mu, moment)
+
+
+def _swing_smoothing(model: PayloadModelParameters) -> float:
+    """Return the width of the window for the attitude's own motion [s], at least the default one.
+
+    The air that moves along slows the swing of a payload about its contacts. The default is 0.73 of
+    the period of the paper's box on one cable.
+    """
+    lever = float(np.linalg.norm(model.arms.mean(0)))
+    period = (
+        2.0
+        * np.pi
+        * np.sqrt(
+            float(np.linalg.eigvalsh(model.inertia)[1])
+            / (GRAVITY * model.hanging_mass * max(lever, 0.01))
+        )
+    )
+    return float(np.clip(0.73 * period, SWING_SMOOTHING, 2.0 * SWING_SMOOTHING))
 
 
 def _turning(R: Array, W: Array, point: Array) -> Array:

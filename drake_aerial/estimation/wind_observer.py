@@ -11,7 +11,7 @@ from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
 from drake_aerial.errors import InputError
 from drake_aerial.estimation.disturbance_observer import Disturbance, ObserverMemory, residual
 from drake_aerial.estimation.observation import Observation
-from drake_aerial.geometry import IDENTITY, Array, cross, skew
+from drake_aerial.geometry import IDENTITY, Array, cross
 from drake_aerial.io.records import NonNegative, Positive, record
 from drake_aerial.plant.air import rotor_drag
 

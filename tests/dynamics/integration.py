@@ -43,7 +43,7 @@ def difference(x, y):
     )
 
 
-def integrate(model, x, u, step, steps=1):
+def integrate(model, x, u, step, steps=1, wind=None):
     """Return the states after `steps` Runge-Kutta steps of 4th order, `step` [s], u constant."""
 
     def flow(rate, scale):
@@ -62,7 +62,7 @@ def integrate(model, x, u, step, steps=1):
 
     def rates(before, scale):
         at = flow(before, scale)
-        d = derivative(model, at, u)
+        d = derivative(model, at, u, wind=wind)
         # The rotation is integrated in the exponential chart at x: theta' is a series of W.
         theta = np.zeros_like(d.W) if before is None else scale * before.R
         half = small_cross(theta, d.W)

@@ -106,7 +106,7 @@ def test_the_estimate_is_zero_without_pushes_and_limited_under_large_ones():
     model = PayloadModelParameters(0.25, INERTIA, CENTRED)
     x, weight = hanging(model, [0, 0, 1]), model.weight
     calm = disturbance_at(DisturbanceObserver(), model, x, np.array([[0.0, 0.0, weight]]))
-    assert max(np.abs(part).max() for part in calm) < 1e-12
+    assert max(np.abs(part).max() for part in calm if part is not None) < 1e-12
     much = disturbance_at(
         DisturbanceObserver(share=0.3), model, x, np.array([[0.0, 0.0, 3 * weight]])
     )

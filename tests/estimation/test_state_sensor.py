@@ -164,7 +164,7 @@ def test_tracking_does_not_depend_on_the_plants_step():
     turn = TransportTrajectory.airborne(circle_time=6.0, turns=1.0, hover_time=1.0)
     errors = []
     for dt in (0.001, 0.005):
-        parameters = StationParameters(time_step=dt, noise=0.0)
+        parameters = StationParameters(time_step=dt, noise=0.0, air=None)
         flight = Flight(box, FlightOptions(belief="true", trajectory=turn, parameters=parameters))
         errors.append(flight.run(seed=3).metrics["circle_position_rmse_m"])
     # With velocities half a step old, a step of five times the length cost millimetres.

@@ -18,10 +18,10 @@ from drake_aerial.control.mpc.mpc_memory import MpcMemory, initial_guess, measur
 from drake_aerial.control.mpc.tracking_cost import TrackingCost
 from drake_aerial.dynamics.discretization import change_chart, discretize, repeated
 from drake_aerial.dynamics.flatness import Reference, ReferenceTable, reference_table
-from drake_aerial.dynamics.reference_changes import blown, disturbed
 from drake_aerial.dynamics.linearization import linearize
 from drake_aerial.dynamics.payload_model import PayloadState, retract, tangent_basis
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
+from drake_aerial.dynamics.reference_changes import blown, disturbed
 from drake_aerial.estimation.disturbance_observer import Disturbance, DisturbanceObserver
 from drake_aerial.estimation.observation import Observation
 from drake_aerial.estimation.wind_observer import WindObserver
