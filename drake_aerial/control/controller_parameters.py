@@ -51,6 +51,8 @@ class MpcWeights:
     """Thrusts [1/N^2]."""
     input: Positive = 1.0
     """Commanded thrusts [1/N^2]."""
+    separation: NonNegative = 5e3
+    """Distance that two quadrotors miss between them, if `separation` is given [1/m^2]."""
     view: NonNegative = 2e4
     """Cosine by which the payload is outside a camera's view, if `field_of_view` is given
     (dimensionless)."""
@@ -85,6 +87,9 @@ class MpcParameters:
     field_of_view: Annotated[Positive, Lt(np.pi)] | None = None
     """Full angle of a camera under each quadrotor that keeps the payload in view [rad]; None for
     off."""
+    separation: NonNegative | None = None
+    """Distance between the centres of two quadrotors that plans keep [m]; 0 for off. None: the
+    distance at which they touch and a third more in a flight with air, else off."""
     observer: Observer | Literal["off"] | None = None
     """Observer of wind (kind: wind) or of unmodelled forces and a moment (kind: force), or off.
     None: of wind in a flight with wind, else off."""

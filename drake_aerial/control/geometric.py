@@ -59,7 +59,7 @@ def cable_forces(
         if model.air is not None:
             force, moment = force - around[0:3] @ observation.R, moment - around[3:6]
         wrench = np.concatenate([force, moment])
-        mu = (np.linalg.pinv(model.grasp_matrix) @ wrench).reshape(-1, 3) @ observation.R.T
+        mu = (model.grasp_inverse @ wrench).reshape(-1, 3) @ observation.R.T
     mu[:, 2] = np.maximum(mu[:, 2], 0.0)
     return mu, feedback
 

@@ -15,6 +15,9 @@ from drake_aerial.geometry import Array, skew
 from drake_aerial.plant.air import PayloadAir
 from drake_aerial.statics.gravity import GRAVITY
 
+LEAST_SHARE = 0.05
+"""Least share of the weight by which a cable's share of other forces is weighed, times n."""
+
 
 @dataclass(frozen=True, eq=False)
 class ModelAir:
@@ -158,11 +161,26 @@ class PayloadModelParameters:
 
     @cached_property
     def grasp_inverse(self) -> Array:
-        """Pseudo-inverse P^+ (3 n, 6): the smallest cable forces for a force and a moment.
+        """Inverse (3 n, 6) of P: the cable forces for a force and a moment.
 
-        With one cable, the moment is ignored.
+        Without air they have the least sum of squares, as in the paper. A cable that bears little
+        weight then takes as much of a sideways force as the others and tilts more, and quadrotors
+        may meet. With air the squares are divided by the cables' shares of the weight, so that
+        cables stay nearly parallel when the payload accelerates. With one cable, the moment is
+        ignored.
         """
+        if self.n > 1 and self.air is not None:
+            root = np.sqrt(np.repeat(self.weight_shares, 3))
+            return root[:, None] * np.asarray(np.linalg.pinv(self.grasp_matrix * root), float)
         return np.asarray(np.linalg.pinv(self.grasp_matrix) if self.n > 1 else np.eye(3, 6), float)
+
+    @cached_property
+    def weight_shares(self) -> Array:
+        """Shares (n,) of the cables of a level payload's weight, at least `LEAST_SHARE` / n."""
+        up = np.array([0.0, 0.0, 1.0])
+        wrench = np.concatenate([up, np.cross(self.p_LLhang - self.p_LLcm, up)])
+        share = (np.linalg.pinv(self.grasp_matrix) @ wrench)[2::3]
+        return np.asarray(np.maximum(share, LEAST_SHARE / self.n), float)
 
     @cached_property
     def hinged(self) -> bool:

@@ -22,6 +22,9 @@ from drake_aerial.plant.motor_lag import MotorLag
 from drake_aerial.plant.part_checks import check_list, check_plant, parameters_or_default
 from drake_aerial.plant.world import contact_properties
 
+GUARD_REACH = 1.2
+"""Horizontal radius of the rotor guard, at which quadrotors touch, over the arm."""
+
 
 @record(frozen=True)
 class QuadrotorParameters:
@@ -162,7 +165,8 @@ def add_quadrotor(
     body = plant.AddRigidBody(name, instance, SpatialInertia(m, np.zeros(3), unit))
     if plant.geometry_source_is_registered():
         # Landing gear and rotor guard in one, which is touched in crashes only.
-        guard = Ellipsoid(1.2 * parameters.arm, 1.2 * parameters.arm, 0.04)
+        reach = GUARD_REACH * parameters.arm
+        guard = Ellipsoid(reach, reach, 0.04)
         plant.RegisterCollisionGeometry(
             body, RigidTransform(), guard, "guard", contact_properties()
         )

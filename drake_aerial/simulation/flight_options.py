@@ -21,11 +21,14 @@ from drake_aerial.estimation.observation import PositionFilter
 from drake_aerial.estimation.wind_observer import WindObserver
 from drake_aerial.io.records import Flag, NonNegative, Positive, record
 from drake_aerial.plant.cable import CableParameters
+from drake_aerial.plant.quadrotor import GUARD_REACH
 from drake_aerial.references.trajectory import Trajectory
 from drake_aerial.simulation.station_parameters import StationParameters
 
 CONTROL_DELAY_FRACTION = 0.2
 """Delay from a sample to the control step that reads it, as a fraction of the plant's time step."""
+SEPARATION_FACTOR = 4.0 / 3.0
+"""Distance that the MPC keeps between quadrotors over that at which they touch."""
 _CLASSES: dict[str, Callable[..., PayloadController]] = {
     "mpc": PayloadMpc,
     "geometric_ff": GeometricController,
@@ -112,9 +115,8 @@ class FlightOptions:
         if parameters is not None:
             if parameters.position_filter is None:
                 parameters = replace(parameters, position_filter=position_filter)
-            if isinstance(parameters, MpcParameters) and parameters.observer is None:
-                in_wind = station.wind is not None and model.air is not None
-                parameters = replace(parameters, observer=WindObserver() if in_wind else "off")
+            if isinstance(parameters, MpcParameters):
+                parameters = _in_air(parameters, station, model)
             return make(model, parameters, offset=given.get("offset", offset))
         ours = isinstance(make, type) and issubclass(make, PayloadController)
         matched = {"offset": offset, "position_filter": position_filter} if ours else {}
@@ -157,6 +159,20 @@ class FlightOptions:
                 f"{self.noise}"
             )
         return replace(parameters, noise=self.noise)
+
+
+def _in_air(
+    parameters: MpcParameters, station: StationParameters, model: PayloadModelParameters
+) -> MpcParameters:
+    """Return parameters whose observer and separation fit a flight with air and wind, or none."""
+    if parameters.observer is None:
+        in_wind = station.wind is not None and model.air is not None
+        parameters = replace(parameters, observer=WindObserver() if in_wind else "off")
+    if parameters.separation is None:
+        reach = max(GUARD_REACH * q.arm for q in station.quadrotors(model.n))
+        separation = 0.0 if model.air is None else SEPARATION_FACTOR * 2.0 * reach
+        parameters = replace(parameters, separation=separation)
+    return parameters
 
 
 def _changed(parameters: ControllerParameters, options: dict[str, Any]) -> ControllerParameters:

@@ -15,6 +15,7 @@ from drake_aerial.control.mpc.condensing import BoxProgram, CondensedProblem, th
 from drake_aerial.control.mpc.field_of_view import view_penalty, view_violation
 from drake_aerial.control.mpc.horizon import Horizon, pack
 from drake_aerial.control.mpc.mpc_memory import MpcMemory, initial_guess, measured_state
+from drake_aerial.control.mpc.separation import Separation
 from drake_aerial.control.mpc.tracking_cost import TrackingCost
 from drake_aerial.dynamics.discretization import change_chart, discretize, repeated
 from drake_aerial.dynamics.flatness import Reference, ReferenceTable, reference_table
@@ -103,6 +104,7 @@ class PayloadMpc(PayloadController):
         )
         self._fine_times = p.step * np.arange(horizon.ends[-1] + 1)
         self._cost = TrackingCost(model, p.weights, horizon)
+        self._separation = Separation(model, p.separation) if n > 1 and p.separation else None
         self._problem = CondensedProblem(len(horizon), 12 + 7 * n, 3 * n)
         self._program = BoxProgram()
         self._low, self._high = np.tile(thrust_box(model), (1, len(horizon)))
@@ -265,6 +267,13 @@ class PayloadMpc(PayloadController):
         commanded = u
         if disturbance is not None:
             commanded = u - disturbance.on_quadrotors
+        if self._separation is not None:
+            missing, direction = self._separation.violation(x)
+            if missing.max() > 0.0:
+                weight = self.parameters.weights.separation * step * horizon.shares[:, None]
+                J = self._separation.jacobian(x, direction, E)
+                hessian, gradient = view_penalty(missing, J, weight)
+                Q, q = Q + hessian, q + gradient
         if view is not None:
             aimed = x if disturbance is None else x._replace(F=x.F - disturbance.on_quadrotors)
             violation, J = view_violation(self.model, aimed, E, 0.5 * view)
