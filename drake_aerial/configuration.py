@@ -21,6 +21,7 @@ NOUNS = {
     "payload": "plant.payload.Payload",
     "cable": "plant.cable.CableParameters",
     "gripper": "plant.gripper.GripperParameters",
+    "air": "plant.air.AirParameters",
     "wind": "plant.wind.WindParameters",
     "station": "simulation.station_parameters.StationParameters",
     "controller": "control.controller_parameters.ControllerParameters",
@@ -38,7 +39,7 @@ def read_parameters(noun: str, path: str | Path) -> Any:
     Parameters
     ----------
     noun : str
-        quadrotor, payload, cable, gripper, wind, station, controller, features, bandwidths,
+        quadrotor, payload, cable, gripper, air, wind, station, controller, features, bandwidths,
         learning or transfer.
     path : str or Path
         A mapping with the names of the class's fields as keys. Where a field is a noun itself, as
