@@ -66,8 +66,9 @@ class StationParameters:
     """Cable length less the distance between quadrotor and contact at the start [m]."""
     airborne_height: NonNegative = 1.0
     """Initial height of a payload that starts in the air [m]."""
-    air: AirParameters | None = field(default_factory=AirParameters)
-    """Drag, and the air that moves with the payload; None for no air, as in the paper."""
+    air: AirParameters | None = None
+    """Drag, and the air that moves with the payload. None: no air, as in the paper, or the defaults
+    of `AirParameters` where there is wind."""
     wind: WindParameters | None = None
     """Wind; None for still air."""
     motor_lag: NonNegative = 0.0
@@ -78,9 +79,7 @@ class StationParameters:
 
     def __post_init__(self) -> None:
         if self.wind is not None and self.air is None:
-            raise InputError(
-                "`wind` must be left out without air, got both a wind and no air; give `air`"
-            )
+            object.__setattr__(self, "air", AirParameters())
         if 0.0 < self.attitude_period < self.step:
             raise InputError(
                 f"`attitude_period` must be 0 or >= the time step {self.step:g} s, "
