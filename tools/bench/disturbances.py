@@ -14,11 +14,13 @@ from __future__ import annotations
 
 import argparse
 import sys
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
+from drake_aerial.control.controller_parameters import Observer
 from drake_aerial.estimation.disturbance_observer import DisturbanceObserver
+from drake_aerial.estimation.wind_observer import WindObserver
 from drake_aerial.plant.dryden import Dryden
 from drake_aerial.plant.payload import Payload
 from drake_aerial.plant.wind import WindParameters
@@ -89,9 +91,15 @@ def main() -> int:
                 )
     if "observer" in arguments.rows:
         for name, contacts, how in DISTURBANCES:
-            for observer in (None, DisturbanceObserver()) if arguments.only in name else ():
+            observers: dict[str, Observer | Literal["off"]] = {
+                "off": "off",
+                "force": DisturbanceObserver(),
+            }
+            if "wind" in how:
+                observers["wind"] = WindObserver()
+            for kind, observer in observers.items() if arguments.only in name else ():
                 row = fly(contacts, arguments.seed, observer=observer, **how)
-                print(f"{name:<30} observer {'on ' if observer else 'off'} | {row}", flush=True)
+                print(f"{name:<30} observer {kind:<5} | {row}", flush=True)
     return 0
 
 
@@ -103,7 +111,7 @@ def fly(
     belief: str = "true",
     mass_ratio: float = 1.0,
     wind: WindParameters | None = None,
-    observer: DisturbanceObserver | None = None,
+    observer: Observer | Literal["off"] = "off",
     parameters: dict[str, Any] | None = None,
 ) -> str:
     """Fly once and return what is said about it."""
