@@ -187,7 +187,7 @@ def _data(scene: Scene, solutions: ContactSolutions | None, chosen: int) -> dict
         "height": height,
         "up": scene.gravity.up.tolist(),
         "front": front.tolist(),
-        "distance": max(4.0 * radius, 0.3),
+        "distance": max(3.0 * radius, 0.3),
         "numbers": [found.number for found in scene.objects],
         "chosen": chosen,
         "command": f"drake-aerial transfer SKILL {file}{camera} --object {{N}} --out contacts.json",
