@@ -32,6 +32,8 @@ _DISAGREEMENT = 3.0
 _MOST_WRONG = 45.0
 # Direction of an accelerometer at rest: bias and mounting [deg].
 _IMU_DEG = 1.0
+# Points farther below a plane than this [m] are its underside, if they are this share of its own.
+_UNDERSIDE, _UNDERSIDE_SHARE = 0.01, 0.3
 # A scene is only a plane if at least this share of its points are on it.
 _ONLY_PLANE = 0.98
 # An object fills the image if it covers at least this share of this many borders.
@@ -85,6 +87,8 @@ def find_scene(
         other_C = up_from_planes(faces, surfaces)
         if angle_deg(other_C, up_C) < _MOST_WRONG:
             supports = find_supports(faces, other_C, surfaces, parameters.min_height)
+    if not image.has_own_pixels and supports and _has_underside(supports, up_C, image):
+        supports = []
     if not supports:
         _check_without_support(image, surfaces, faces, known_S is not None)
         gravity = _gravity(given_S, imu_S, None, image)
@@ -97,6 +101,8 @@ def find_scene(
     ground = find_ground(supports, walls, surfaces)
     on_pixels = find_labels(image, surfaces, ground, R_UC, parameters)
     if on_pixels.max() < FIRST_OBJECT:
+        if not image.has_own_pixels:
+            return one_object(image, _gravity(given_S, imu_S, None, image))
         raise InputError(
             f"nothing stands on the support: things must be {parameters.min_height:g} m high and "
             f"cover {parameters.min_pixels} pixels; take the image from nearer"
@@ -109,6 +115,15 @@ def find_scene(
     )
     objects = describe_objects(image, surfaces, labels, outline, gravity.up, described)
     return Scene(image, gravity, described, objects, labels)
+
+
+def _has_underside(supports: list[Plane], up_C: Array, image: SceneImage) -> bool:
+    """Return whether a scan has points below its lowest support: it is an object's own face."""
+    lowest = min(supports, key=lambda face: face.offset / float(face.normal @ up_C))
+    points = (image.cloud.points - image.origin) @ image.R_SC
+    height = points @ lowest.normal - lowest.offset
+    below = np.count_nonzero(height < -_UNDERSIDE)
+    return bool(below > _UNDERSIDE_SHARE * np.count_nonzero(np.abs(height) <= _UNDERSIDE))
 
 
 def _gravity(

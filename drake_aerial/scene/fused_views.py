@@ -81,7 +81,7 @@ def _register(points: Array, target: Array, number: int) -> Pose:
 
     registration = open3d.pipelines.registration
     source_cloud, target_cloud = (
-        open3d.geometry.PointCloud(open3d.utility.Vector3dVector(values))
+        open3d.geometry.PointCloud(open3d.utility.Vector3dVector(values.copy()))
         for values in (points, target)
     )
     X = np.eye(4)

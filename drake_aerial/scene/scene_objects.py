@@ -27,7 +27,7 @@ Labels = NDArray[np.int64]
 _SAME_SURFACE = 0.01
 # Others belong to the object below whose footprint they are: horizontal distances count fully,
 # heights by this factor, up to this distance [m].
-_HEIGHT_WEIGHT, _FOOTPRINT = 0.2, 0.03
+_HEIGHT_WEIGHT, _FOOTPRINT = 0.05, 0.03
 
 
 def point_labels(

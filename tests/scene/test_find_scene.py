@@ -10,8 +10,9 @@ import pytest
 from drake_aerial import PointCloud
 from drake_aerial.cloud.boundary import BoundaryKind
 from drake_aerial.errors import InputError
-from drake_aerial.geometry import Pose, quat_from_matrix, random_rotation
+from drake_aerial.geometry import Pose, quat_about_axis, quat_from_matrix, random_rotation
 from drake_aerial.scene.find_scene import find_scene
+from drake_aerial.scene.fused_views import fuse_views
 from drake_aerial.scene.scene import FIRST_OBJECT, SUPPORT, GravitySource
 from drake_aerial.scene.scene_image import SceneImage
 from tests.scene.rendered_scenes import (
@@ -214,6 +215,30 @@ def test_one_clean_object_without_a_support_is_the_cloud_itself():
     scene = find_scene(cloud)
     assert scene.is_one_object
     assert scene.cloud_of(2) is cloud
+
+
+def test_two_views_fused_show_both_boxes_from_above():
+    views = [rendered(TWO_BOXES, pitch=50.0, azimuth=azimuth) for azimuth in (0.3, 3.4)]
+    poses = [Pose(view.p_WC, quat_from_matrix(view.R_WC)) for view in views]
+    clouds = [view.cloud(np.random.default_rng(k)) for k, view in enumerate(views)]
+    fused = replace(fuse_views(clouds, poses), up=np.array([0.0, 0.0, 1.0]), up_is_known=True)
+    assert fused.viewpoint is None
+    scene = find_scene(fused)
+    assert len(scene.objects) == 2
+    sizes = sorted((found.box.size.tolist() for found in scene.objects), key=lambda size: size[2])
+    assert sizes[0] == pytest.approx([0.3, 0.2, 0.15], abs=0.03)
+    assert sizes[1] == pytest.approx([0.2, 0.2, 0.3], abs=0.03)
+
+
+def test_views_without_poses_are_registered():
+    cloud = rendered(TWO_BOXES, pitch=50.0).cloud(np.random.default_rng(0))
+    X = Pose(np.array([0.02, -0.01, 0.015]), quat_about_axis([0.0, 0.0, 1.0], np.asarray(0.05)))
+    fused = fuse_views([cloud, cloud.transformed(X)])
+    count = len(cloud)
+    assert np.abs(fused.points[:count] - fused.points[count:]).max() < 0.005
+    far = cloud.transformed(Pose(np.array([5.0, 0.0, 0.0]), X.q))
+    with pytest.raises(InputError, match="give the views' poses"):
+        fuse_views([cloud, far])
 
 
 def test_choosing_an_object_by_number_pixel_and_place():
