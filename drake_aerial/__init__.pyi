@@ -47,6 +47,9 @@ from .references.trajectory import (
 )
 from .scene.depth_camera import DepthCamera
 from .scene.depth_image import read_depth_image
+from .scene.find_scene import find_scene
+from .scene.fused_views import fuse_views
+from .scene.scene import Scene
 from .simulation.diagram_picture import write_diagram_picture
 from .simulation.flight import Flight
 from .simulation.flight_options import FlightOptions
@@ -102,6 +105,7 @@ __all__ = [
     "PayloadMpc",
     "PointCloud",
     "QuadrotorParameters",
+    "Scene",
     "SensorParameters",
     "StateSensor",
     "StationParameters",
@@ -127,7 +131,9 @@ __all__ = [
     "connect_cables",
     "connect_propellers",
     "defaults_text",
+    "find_scene",
     "fly",
+    "fuse_views",
     "identify_payload",
     "learn",
     "make_transport_station",

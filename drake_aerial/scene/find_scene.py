@@ -68,6 +68,19 @@ def find_scene(
     InputError
         If the scene is only a plane, nothing stands on the support, an object fills the image, or
         the direction of gravity cannot be found.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from drake_aerial import DepthCamera, find_scene, read_depth_image
+    >>> depth = np.full((120, 160), 1.5)  # a floor, seen from 1.5 m above
+    >>> depth[40:80, 60:110] = 1.2  # a box
+    >>> camera = DepthCamera(160, 120, fx=130.0, fy=130.0, cx=79.5, cy=59.5)
+    >>> scene = find_scene(read_depth_image(depth, camera))
+    >>> len(scene.objects), scene.gravity.up.round(3).tolist()
+    (1, [0.0, 0.0, -1.0])
+    >>> scene.objects[0].box.size.round(2).tolist()
+    [0.45, 0.36, 0.0]
     """
     parameters = parameters or SceneParameters()
     image = source if isinstance(source, SceneImage) else SceneImage.of_cloud(source)

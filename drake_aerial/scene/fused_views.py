@@ -35,6 +35,17 @@ def fuse_views(clouds: Sequence[PointCloud], poses: Sequence[Any] | None = None)
     ------
     InputError
         If there are fewer than two views, the numbers differ, or a view cannot be registered.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from drake_aerial import PointCloud, fuse_views
+    >>> from drake_aerial.geometry import Pose
+    >>> points = np.random.default_rng(0).uniform(-0.2, 0.2, (1000, 3))
+    >>> left, right = (PointCloud.read(points, viewpoint=[x, 0.0, 1.0]) for x in (-1.0, 1.0))
+    >>> identity = Pose(np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
+    >>> len(fuse_views([left, right], [identity, identity]))
+    2000
     """
     if len(clouds) < 2:
         raise InputError(f"`clouds` must have at least two views, got {len(clouds)}")

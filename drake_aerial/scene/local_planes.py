@@ -20,6 +20,8 @@ from drake_aerial.geometry import Array
 _MIN_FILLED = 0.4
 # Windows off the pixel must fit better than the one around it by this factor of the variance.
 _CENTRE_FAVOUR = 0.6
+# Least noise, as a share of the value.
+_LEAST_NOISE = 2e-4
 # Pixels that share their noise, and the deviations from which a bend is not noise.
 _CORRELATED, _ANGLE_DEVIATIONS = 5.0, 2.5
 
@@ -128,6 +130,8 @@ def fit_local_planes(points_C: Array, *, perspective: bool, radius: int) -> Loca
     normal *= -np.sign(toward)[..., None]
     finite = best[np.isfinite(best)]
     noise = float(np.sqrt(np.median(finite))) if len(finite) else np.inf
+    # Rendered images without noise still have rounding.
+    noise = max(noise, _LEAST_NOISE * float(np.nanmedian(value)))
     pitch = float(np.nanmedian(np.abs(np.diff(rays[..., 0], axis=1))))
     across = 2 * radius + 1
     # The noise of neighbouring depths is not independent.

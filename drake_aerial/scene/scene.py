@@ -178,6 +178,19 @@ class Scene:
         The objects; `objects[k].number` is k + 2.
     labels : (N,) int array
         For each point of the cloud 0 (nothing), 1 (a support) or an object's number.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from drake_aerial import PointCloud, find_scene
+    >>> rng = np.random.default_rng(0)
+    >>> floor = rng.uniform(-1.0, 1.0, (40000, 3)) * [1.0, 1.0, 0.0]
+    >>> top = rng.uniform(-0.2, 0.2, (3000, 3)) * [1.0, 1.0, 0.0] + [0.0, 0.0, 0.3]
+    >>> scene = find_scene(PointCloud.read(np.vstack([floor, top])))
+    >>> len(scene.supports), [found.number for found in scene.objects]
+    (1, [2])
+    >>> len(scene.cloud_of(2)) > 2500, scene.object_at([0.0, 0.0, 0.3]).number
+    (True, 2)
     """
 
     image: SceneImage

@@ -147,7 +147,7 @@ def best_contact(cloud) -> np.ndarray | None:
         print(f"  {error}")
         return None
     best = solutions.best
-    return None if best is None else np.asarray(best.contacts[0].p)
+    return None if best is None else np.asarray(best.X_SG.p[0])
 
 
 def write_picture(labels: np.ndarray, path: Path) -> None:
