@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from drake_aerial.geometry import Array
-from drake_aerial.scene.merging import _CLOSE, _LEAST_RIM, Contact, Groups
+from drake_aerial.scene.merging import _CLOSE, _LEAST_RIM, Contact
+from drake_aerial.scene.part_groups import Groups
 from drake_aerial.scene.parts import Part
 from drake_aerial.scene.scene import SUPPORT
 from drake_aerial.scene.scene_image import SceneImage

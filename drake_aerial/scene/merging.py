@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import heapq
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from drake_aerial.geometry import Array
 from drake_aerial.scene.creases import JUMP_DEVIATIONS
 from drake_aerial.scene.parameters import SceneParameters
+from drake_aerial.scene.part_groups import Groups
 from drake_aerial.scene.parts import Part
 from drake_aerial.scene.regions import find_rims, nearest_labelled
 from drake_aerial.scene.surfaces import Surfaces
@@ -34,46 +35,6 @@ _WIDTH = 0.5
 _INTO = 10.0
 # A floor's share inside the footprint of its walls.
 _INSIDE = 0.8
-
-
-@dataclass(eq=False)
-class Groups:
-    """Groups of parts that are one object; groups are named by their least part."""
-
-    parts: dict[int, Part]
-    head: dict[int, int] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        self.head = {number: number for number in self.parts}
-
-    def of(self, number: int) -> int:
-        """Return the group of a part, by its least part."""
-        while self.head[number] != number:
-            number = self.head[number]
-        return number
-
-    def join(self, first: int, second: int) -> bool:
-        """Make two groups one; return whether they were two."""
-        low, high = sorted((self.of(first), self.of(second)))
-        self.head[high] = low
-        return low != high
-
-    def members(self) -> dict[int, list[int]]:
-        """Return the parts of each group."""
-        found: dict[int, list[int]] = {}
-        for number in self.parts:
-            found.setdefault(self.of(number), []).append(number)
-        return found
-
-    def part(self, group: int) -> Part:
-        """Return a group's geometry as one part."""
-        parts = [self.parts[number] for number in self.members()[self.of(group)]]
-        return Part(
-            *(
-                np.concatenate([getattr(part, name) for part in parts])
-                for name in Part.__annotations__
-            )
-        )
 
 
 @dataclass(frozen=True, eq=False)

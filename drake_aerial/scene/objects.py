@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 from drake_aerial.geometry import Array
 from drake_aerial.scene.hidden_parts import join_behind_occluders, join_floating, join_strips
 from drake_aerial.scene.merging import (
-    Groups,
     find_contacts,
     join_convex,
     join_floors,
     join_hollow,
 )
 from drake_aerial.scene.parameters import SceneParameters
+from drake_aerial.scene.part_groups import Groups
 from drake_aerial.scene.parts import Ground, find_parts, part_of
 from drake_aerial.scene.regions import connected_regions, nearest_labelled
 from drake_aerial.scene.scene import FIRST_OBJECT, NOTHING, SUPPORT

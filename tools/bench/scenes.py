@@ -146,8 +146,10 @@ def best_contact(cloud) -> np.ndarray | None:
     except InputError as error:
         print(f"  {error}")
         return None
-    best = solutions.best
-    return None if best is None else np.asarray(best.X_SG.p[0])
+    if not len(solutions):
+        return None
+    # Small objects may have no contact that can be flown; the likeliest is compared then.
+    return np.asarray((solutions.best or solutions[0]).X_SG.p[0])
 
 
 def write_picture(labels: np.ndarray, path: Path) -> None:
