@@ -27,6 +27,7 @@ import numpy as np
 from drake_aerial.control.controller_parameters import MpcParameters
 from drake_aerial.dynamics.flatness import ReferenceTable
 from drake_aerial.dynamics.payload_parameters import PayloadModelParameters
+from drake_aerial.estimation.sensor_parameters import SensorParameters
 from drake_aerial.plant.air import AirParameters
 from drake_aerial.plant.payload import Payload
 from drake_aerial.plant.wind import WindParameters
@@ -197,8 +198,8 @@ ROWS: dict[str, tuple[tuple[float, float, float], Any, WindParameters | None, fl
 
 
 @cache
-def prepare(row: str, n: int, air: AirParameters | None = None) -> Flight:
-    """Return the flight of a row."""
+def prepare(row: str, n: int, realistic: bool) -> Flight:
+    """Return the flight of a row, with realistic sensors or the paper's."""
     size, path, wind, _ = ROWS[row]
     azimuth = 2.0 * np.pi * np.arange(n) / n
     radius = 0.0 if n == 1 else RADIUS[size]
@@ -208,7 +209,8 @@ def prepare(row: str, n: int, air: AirParameters | None = None) -> Flight:
     held = SuspendedPayload.from_contacts(
         Payload.from_box(size, 0.25), contacts, [[0.0, 0.0, 1.0]] * n
     )
-    station = StationParameters(air=air or AirParameters(), wind=wind)
+    sensors = SensorParameters() if realistic else None
+    station = StationParameters(air=AirParameters(), wind=wind, sensors=sensors)
     if isinstance(path, float):
         model = believed_model(
             "true",
@@ -223,7 +225,11 @@ def prepare(row: str, n: int, air: AirParameters | None = None) -> Flight:
     return Flight(
         held,
         FlightOptions(
-            belief="true", controller=MpcParameters(), trajectory=path, parameters=station
+            belief="true",
+            controller=MpcParameters(),
+            trajectory=path,
+            parameters=station,
+            path_limits=None,  # three quadrotors over the small box come closer than it allows
         ),
     )
 
@@ -276,6 +282,12 @@ def main() -> int:
     parser.add_argument("--n", nargs="+", type=int, default=[1, 3], help="quadrotors")
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--first", type=int, default=100, help="first seed")
+    parser.add_argument(
+        "--sensors",
+        choices=("paper", "payload"),
+        default="payload",
+        help="1 cm of noise on the payload's position alone, or realistic motion capture",
+    )
     parser.add_argument("--cost", action="store_true", help="times only")
     arguments = parser.parse_args()
     if arguments.cost:
@@ -287,7 +299,7 @@ def main() -> int:
         if arguments.rows not in row:
             continue
         for n in arguments.n:
-            flight = prepare(row, n)
+            flight = prepare(row, n, arguments.sensors == "payload")
             found = [
                 errors(flight, seed)
                 for seed in range(arguments.first, arguments.first + arguments.seeds)
