@@ -160,7 +160,7 @@ def _sampled(
 
 def table_of(carried: CarriedPayload, trajectory: Trajectory, wind: Vector) -> ReferenceTable:
     """Return the table of a trajectory in a wind."""
-    return ReferenceTable(carried.model, trajectory, *((np.array(wind),) if any(wind) else ()))
+    return ReferenceTable(carried.model, trajectory, wind if any(wind) else None)
 
 
 def _worst(found: list[list[Demand]]) -> list[Demand]:

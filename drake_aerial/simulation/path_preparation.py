@@ -74,6 +74,7 @@ def carried_payload(
         quadrotors=quadrotors,
         cable=cables,
         gripper=parameters.gripper,
+        air=parameters.air,
     )
     # Flatness counts a cable's link as part of its quadrotor.
     model = replace(model, quadrotor_mass=own_masses(quadrotors, cables))
@@ -176,5 +177,5 @@ def _refusal(
     elif np.isfinite(factor) and factor > 1.0:
         todo = f"slow it by {np.ceil(100.0 * factor) / 100.0:.2f} or use --retime (retime='slower')"
     else:
-        todo = "it is impossible at any speed: choose other contacts or another team"
+        todo = "it is impossible at any speed: choose other contacts, another team or less wind"
     return f"{first}; {todo}, or fly it anyway with --force (force=True)"

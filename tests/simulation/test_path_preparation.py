@@ -2,10 +2,15 @@ import numpy as np
 import pytest
 
 from drake_aerial import Flight, FlightOptions, JobError, Payload, SuspendedPayload
+from drake_aerial.dynamics.path_check import check_path
 from drake_aerial.dynamics.path_limits import PathLimits
 from drake_aerial.plant.dryden import Dryden
 from drake_aerial.plant.wind import WindParameters
-from drake_aerial.references.trajectory import LineTrajectory, TransportTrajectory
+from drake_aerial.references.trajectory import (
+    HoverTrajectory,
+    LineTrajectory,
+    TransportTrajectory,
+)
 from drake_aerial.simulation.path_preparation import carried_payload, prepare_path, winds_of
 from drake_aerial.simulation.station_parameters import StationParameters
 
@@ -73,3 +78,15 @@ def test_the_winds_of_the_check_are_the_mean_and_the_gust_with_turbulence():
     )
     np.testing.assert_allclose(winds_of(wind), [[4.0, 0.0, 0.0], [4.0, 2.0, 0.0]])
     assert winds_of(None) == ((0.0, 0.0, 0.0),)
+
+
+def test_a_wind_that_the_team_cannot_hold_is_refused_with_the_thrust_that_it_takes():
+    box = Payload.from_box([0.68, 0.61, 0.28], 0.25)
+    held = SuspendedPayload.from_contacts(box, [[0.0, 0.0, 0.14]], [[0.0, 0.0, 1.0]])
+    hover = HoverTrajectory(hover_time=1.0)
+    for speed, possible in ((2.0, True), (8.0, False)):
+        station = StationParameters(wind=WindParameters(mean=(speed, 0.0, 0.0)))
+        carried = carried_payload(held, station)
+        assert check_path(hover, carried).feasible == possible
+    with pytest.raises(JobError, match="it is impossible at any speed: choose other contacts, an"):
+        prepare_path(hover, carried, PathLimits())
