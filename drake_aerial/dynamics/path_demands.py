@@ -140,9 +140,10 @@ def force_quantities(
     thrust, hover = _thrusts(reference), _thrusts(rest)[0]
     tilt = np.arccos(np.clip(reference.F[:, :, 2] / np.maximum(thrust, 1e-9), -1.0, 1.0))
     margin = limits.thrust_margin
+    least = _shortened(model.min_thrust, hover, margin, upper=False)
     quantities = [
         Quantity("thrust", "N", thrust, _shortened(model.max_thrust, hover, margin)),
-        Quantity("least thrust", "N", thrust, _shortened(model.min_thrust, hover, margin), False),
+        Quantity("least thrust", "N", thrust, least, False),
         Quantity("tilt", "rad", tilt, np.full(model.n, limits.tilt)),
     ]
     taut = np.maximum(limits.tension * _tensions(rest)[0], 0.0)
@@ -154,10 +155,15 @@ def force_quantities(
     return quantities
 
 
-def _shortened(limits: Array, rest: Array, margin: float) -> Array:
-    """Return limits that are closer to rest by a part of their distance from it."""
+def _shortened(limits: Array, rest: Array, margin: float, *, upper: bool = True) -> Array:
+    """Return limits that are closer to rest by a part of their distance from it.
+
+    A limit that rest exceeds stays as it is.
+    """
+    side = 1.0 if upper else -1.0
     with np.errstate(invalid="ignore"):
-        kept: Array = np.where(np.isfinite(limits), limits - margin * (limits - rest), limits)
+        left = np.maximum(side * (limits - rest), 0.0)
+        kept: Array = np.where(np.isfinite(limits), limits - side * margin * left, limits)
     return kept
 
 

@@ -45,7 +45,9 @@ def rise(box, kind, controller, holds=(20.0, 1.1, 20.0), **options):
         "belief": "true",
         **options,
     }
-    return Flight(suspension, FlightOptions(controller=controller, **options)).run(1)
+    return Flight(
+        suspension, FlightOptions(controller=controller, path_limits=None, **options)
+    ).run(1)
 
 
 @pytest.mark.parametrize("kind", ["inextensible", "elastic"])
@@ -115,7 +117,10 @@ def test_a_drop_before_the_payload_is_up_leaves_it_on_the_ground(box, quick, con
     suspension = SuspendedPayload.from_contacts(box, TRIANGLE, UP)
     parameters = team("elastic", 20.0, 0.5, 20.0)
     result = Flight(
-        suspension, FlightOptions(controller=controller, trajectory=quick, parameters=parameters)
+        suspension,
+        FlightOptions(
+            controller=controller, trajectory=quick, parameters=parameters, path_limits=None
+        ),
     ).run()
     s = result.series
     assert result.outcome == "dropped"
@@ -140,7 +145,13 @@ def test_after_a_drop_the_same_seed_gives_the_same_flight(box):
     parameters = team("inextensible", 20.0, 1.1, 20.0)
     flight = Flight(
         suspension,
-        FlightOptions(belief="true", trajectory=RISE, parameters=parameters, after_drop=1.0),
+        FlightOptions(
+            belief="true",
+            trajectory=RISE,
+            parameters=parameters,
+            after_drop=1.0,
+            path_limits=None,
+        ),
     )
     first, again = flight.run(3), flight.run(3)
     for name, value in first.series.items():
@@ -158,7 +169,7 @@ def test_momentum_has_no_jump_when_a_gripper_lets_go(box, kind):
     # A reference in the air makes the station start there; the thrusts are this test's own.
     flying = Flight(
         SuspendedPayload.from_contacts(box, TRIANGLE, UP),
-        FlightOptions(parameters=parameters, trajectory=HoverTrajectory()),
+        FlightOptions(parameters=parameters, trajectory=HoverTrajectory(), path_limits=None),
     )
     airborne = flying.station.CreateDefaultContext()
     flying.station.place(airborne, reference=flying.trajectory)
@@ -225,7 +236,11 @@ def test_a_single_gripper_still_ends_the_flight(hang):
     result = Flight(
         hang(),
         FlightOptions(
-            controller="geometric", trajectory=RISE, parameters=parameters, belief="true"
+            controller="geometric",
+            trajectory=RISE,
+            parameters=parameters,
+            belief="true",
+            path_limits=None,
         ),
     ).run()
     assert (result.outcome, result.metrics["outcome_reason"]) == (
