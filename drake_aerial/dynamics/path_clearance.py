@@ -75,7 +75,8 @@ def free_distances(
     gap = np.linalg.norm(p_WQ[:, :, None] - p_WQ[:, None], axis=3)
     gap -= carried.guard_radius[:, None] + carried.guard_radius
     gap[:, np.arange(n), np.arange(n)] = np.inf
-    yield smallest("distance", "m", t, gap.min(axis=2), np.full(n, limits.distance))
+    free = gap.min(axis=2)
+    yield smallest("distance", "m", t, free, _kept_distance(free[0], limits.distance))
 
 
 def clearances(
@@ -104,7 +105,7 @@ def clearances(
             when = float(t[first[inside]].min())
             crossed = Demand(CROSSING, 1.0, 0.0, "-", when, i + 1)
     gap = distance - carried.guard_radius
-    demands.append(smallest("clearance", "m", t, gap, np.full(n, limits.clearance)))
+    demands.append(smallest("clearance", "m", t, gap, _kept_distance(gap[0], limits.clearance)))
     none = Demand(CROSSING, 0.0, 0.0, "-", 0.0, 1)
     return [*demands, crossed or none]
 
@@ -115,3 +116,9 @@ def _quadrotors(carried: CarriedPayload, reference: Reference) -> Array:
     up = -(reference.xi @ reference.R)
     positions: Array = model.p_LC + model.cable_length[:, None] * up
     return positions
+
+
+def _kept_distance(at_rest: Array, limit: float) -> Array:
+    """Return the limits (n,) of free distances: half of those at rest where these are small."""
+    kept: Array = np.minimum(limit, 0.5 * np.maximum(at_rest, 0.0))
+    return kept

@@ -33,9 +33,11 @@ class PathLimits:
     gripper_margin: Annotated[NonNegative, Lt(1.0)] = 0.1
     """Part of a gripper's holding force beyond its load at rest that stays free (dimensionless)."""
     distance: NonNegative = 0.05
-    """Smallest free distance between the rotor guards of two quadrotors [m]."""
+    """Smallest free distance between the rotor guards of two quadrotors [m], or half of that at
+    rest if this is smaller."""
     clearance: NonNegative = 0.02
-    """Smallest free distance between a quadrotor's rotor guard and the payload [m]."""
+    """Smallest free distance between a quadrotor's rotor guard and the payload [m], or half of that
+    at rest if this is smaller."""
 
 
 LIMITS = PathLimits()
