@@ -10,10 +10,14 @@ METHODS = {
     "paper": ("paper", "resampled"),
     "kopicki": ("none", "resampled"),
     "control": ("none", "normalised"),
+    "registration": ("none", "none"),
+    "obb": ("none", "none"),
     "centroid": ("none", "none"),
 }
 """Method of `transfer` to (votes, sampling). `control` is `task` without its votes."""
-Method = Literal["task", "paper", "kopicki", "control", "centroid"]
+BASELINES = tuple(method for method, (_, sampling) in METHODS.items() if sampling == "none")
+"""Methods without densities."""
+Method = Literal["task", "paper", "kopicki", "control", "registration", "obb", "centroid"]
 Belief = Literal["below_contact", "geometric", "true"]
 BELIEFS: tuple[Belief, ...] = get_args(Belief)
 """Source of the centre of mass and inertia that a controller assumes."""

@@ -48,7 +48,9 @@ def add_command(commands: argparse._SubParsersAction) -> None:
         choices=METHODS,
         default="task",
         help="task (default); paper: as published; kopicki: the paper's baseline; control: "
-        "task without votes; centroid: above the centroid of the scan, without learning",
+        "task without votes; registration: the demonstrated place, carried by a non-rigid "
+        "registration of the scans (needs biocpd); obb: its place in the bounding box; centroid: "
+        "above the centroid of the scan, without learning",
     )
     command.add_argument(
         "--top",

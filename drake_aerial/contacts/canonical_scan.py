@@ -15,6 +15,7 @@ from drake_aerial.features.surface_features import (
     SurfaceFeatures,
     compute_features,
 )
+from drake_aerial.features.upright_box import UprightBox
 from drake_aerial.geometry import Array, Pose
 
 
@@ -62,6 +63,11 @@ class CanonicalScan:
     def features_S(self) -> SurfaceFeatures:
         """The features in the cloud's frame S."""
         return self.features.transformed(self.X_SN)
+
+    @cached_property
+    def box(self) -> UprightBox:
+        """The upright box around the features in N."""
+        return UprightBox.of_points(self.features.p, self.hull)
 
     @cached_property
     def surface(self) -> LocalSurface:

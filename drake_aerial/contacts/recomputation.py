@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from drake_aerial.choices import METHODS
+from drake_aerial.choices import BASELINES, METHODS
 from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.contacts.canonical_scan import CanonicalScan
 from drake_aerial.contacts.contact_query import ContactQuery
@@ -34,14 +34,15 @@ def recompute_query(
     -------
     ContactQuery or None
         None if the solutions are not as likely as they say, since skill, scan or parameters are
-        others. None too if there is no solution, or the method has no densities (`centroid`).
+        others. None too if there is no solution, or the method has no densities (a baseline).
 
     Raises
     ------
     InputError, JobError
         If the densities cannot be built on this scan; as `transfer`.
     """
-    if not solutions.solutions or solutions.method not in METHODS or solutions.method == "centroid":
+    method = solutions.method
+    if not solutions.solutions or method not in METHODS or method in BASELINES:
         return None
     X_SG = solutions.X_SG
     if X_SG.p.shape[1] != len(skill):

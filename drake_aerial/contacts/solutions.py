@@ -123,8 +123,8 @@ class ContactSolutions:
     parameters : TransferParameters or None
         Parameters of the transfer; None for contacts that were given, or written without them.
     query : ContactQuery or None
-        Scan and densities that were searched, for pictures and `refine`. None for `centroid`,
-        which has none, and for solutions read from a file, which does not hold them.
+        Scan and densities that were searched, for pictures and `refine`. None for
+        baselines, which have none, and for solutions read from a file, which does not hold them.
     scan : PointCloud or None
         Cloud that the contacts were found on; not written to the file.
     hidden : tuple of HiddenExtent

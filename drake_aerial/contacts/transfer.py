@@ -7,8 +7,9 @@ from functools import partial
 
 import numpy as np
 
-from drake_aerial.choices import METHODS
+from drake_aerial.choices import BASELINES, METHODS
 from drake_aerial.cloud.point_cloud import PointCloud
+from drake_aerial.contacts.baselines.baseline_contacts import baseline_contacts
 from drake_aerial.contacts.canonical_scan import CanonicalScan
 from drake_aerial.contacts.contact_query import ContactQuery
 from drake_aerial.contacts.feasibility.checks import reasons_against
@@ -22,22 +23,7 @@ from drake_aerial.contacts.trust.with_trust import with_trust
 from drake_aerial.errors import InputError
 from drake_aerial.geometry import Array, Pose, axis_of, quat_about_axis, quat_from_xz, rotate
 from drake_aerial.parallel import one_blas_thread
-from drake_aerial.skill.configuration_model import ConfigurationModel
 from drake_aerial.skill.contact_skill import ContactSkill
-
-
-def centroid_contacts(configuration: ConfigurationModel, scan: CanonicalScan) -> Pose:
-    """Return grippers X_NG, batch (1, n), with the formation's origin over the hull's centroid.
-
-    One gripper is set on the topmost surface there. Several keep the demonstrated layout at its
-    demonstrated size, with the yaw of the canonical frame. Each is set on the topmost surface at
-    its place.
-    """
-    origin = np.append(scan.hull.centroid, 0.0)
-    layout = configuration.demonstrated_at(origin, np.zeros(()))
-    X_NG, _ = scan.surface.above(layout.p[..., :2])
-    return Pose(X_NG.p[None], X_NG.q[None])
-
 
 _PHASES = ("features_s", "query_s", "optimise_s")
 
@@ -65,7 +51,8 @@ def transfer(
     cloud : PointCloud
         The new payload's cloud in its frame S [m]; its `up` and `viewpoint` are used.
     method : str
-        `task`, `paper`, `kopicki`, `control` (`task` without votes) or `centroid`.
+        `task`, `paper`, `kopicki`, `control` (`task` without votes), `registration`, `obb` or
+        `centroid`.
     top : int
         Number of distinct solutions wanted; fewer are returned where fewer exist.
     seed : int
@@ -101,8 +88,9 @@ def transfer(
     report(0.0, "surface features")
     scan = CanonicalScan.of_cloud(cloud, skill.parameters.features)
     clock.append(time.perf_counter())
-    if method == "centroid":
-        query, X_NG, log_j = None, centroid_contacts(skill.configuration, scan), np.zeros(1)
+    if method in BASELINES:
+        query = None
+        X_NG, log_j = baseline_contacts(method, skill, scan)
         clock.append(time.perf_counter())
     else:
         report(0.2, "query density")

@@ -85,6 +85,11 @@ class BoxMap:
     target: UprightBox
     quarter_turns: int
 
+    @property
+    def yaw(self) -> float:
+        """Yaw between the boxes, quarter turns included [rad]."""
+        return self.target.yaw - self.source.yaw + 0.5 * np.pi * self.quarter_turns
+
     def points(self, p: ArrayLike) -> Array:
         """Return where points p (..., 3) of the source [m] are carried."""
         turn = quat_about_axis(_Z, 0.5 * np.pi * self.quarter_turns)
@@ -92,5 +97,4 @@ class BoxMap:
 
     def poses(self, X: Pose) -> Pose:
         """Return poses X (...) with carried positions, turned about the vertical as the box is."""
-        yaw = self.target.yaw - self.source.yaw + 0.5 * np.pi * self.quarter_turns
-        return Pose(self.points(X.p), quat_multiply(quat_about_axis(_Z, yaw), X.q))
+        return Pose(self.points(X.p), quat_multiply(quat_about_axis(_Z, self.yaw), X.q))

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from drake_aerial.choices import BASELINES
 from drake_aerial.cloud.point_cloud import PointCloud
 from drake_aerial.contacts.solutions import ContactSolutions
 from drake_aerial.errors import InputError
@@ -154,8 +155,8 @@ def contacts_view(solutions: ContactSolutions, cloud: PointCloud) -> View:
     else:
         points, colors = _thinned(cloud.points), None
         note = (
-            "no heat map: `centroid` does not compute a density"
-            if solutions.method == "centroid"
+            f"no heat map: `{solutions.method}` does not compute a density"
+            if solutions.method in BASELINES
             else "no heat map: the skill is not known; give it with --skill"
         )
     lines = [f"method {solutions.method}, skill {solutions.skill}, seed {solutions.seed}", note, ""]
@@ -201,7 +202,7 @@ def with_query(
     from drake_aerial.skill.demonstration import Demonstration
     from drake_aerial.skill.learn import learn
 
-    if solutions.query is not None or solutions.method == "centroid" or not solutions.solutions:
+    if solutions.query is not None or solutions.method in BASELINES or not solutions.solutions:
         return solutions
     used = skill
     if used is None:

@@ -43,7 +43,7 @@ from drake_aerial.skill.contact_skill import ContactSkill
 from drake_aerial.skill.demonstration import Demonstration
 from drake_aerial.skill.learn import learn
 
-ARMS = ("task", "control", "paper", "kopicki", "centroid")
+ARMS = ("task", "control", "paper", "kopicki", "registration", "obb", "centroid")
 TAUGHT = (0.68, 0.61, 0.28)
 
 

@@ -36,7 +36,7 @@ class ContactChecker:
         if query is None:
             raise InputError(
                 "`query` must hold the densities of a transfer, got None; contacts.json does not "
-                "hold them and method `centroid` has none: use solutions that `transfer` returned"
+                "hold them and baselines have none: use solutions that `transfer` returned"
             )
         self.query, self.parameters = query, parameters
         self.likelihood, self.surface = query.likelihood, query.scan.surface

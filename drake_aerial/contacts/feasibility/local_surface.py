@@ -55,7 +55,7 @@ class LocalSurface:
         p, z = X_NG.p.reshape(-1, 3), axis_of(X_NG.q, 2).reshape(-1, 3)
         count = min(_NEIGHBOURS, len(self.points))
         _, index = self._tree.query(p, k=min(4 * count, len(self.points)))
-        index = index.reshape(len(p), -1)
+        index = index.reshape(len(p), min(4 * count, len(self.points)))
         normals, points = self.normals[index], self.points[index]
         faces = np.sum(normals * z[:, None], axis=-1) > 0.0
         # The nearest `count` samples on this side; if there are none, the nearest of all.
@@ -74,6 +74,28 @@ class LocalSurface:
             normal.reshape(*shape, 3),
             np.asarray(distance).reshape(shape),
         )
+
+    def nearest(self, X_NG: Pose) -> Pose:
+        """Move grippers X_NG (...) to the nearest surface that faces their way, and set them down.
+
+        A surface that faces another way counts as further away: by up to two radii of the
+        features' neighbourhood. On the rim of a thin wall, none may face their way.
+        """
+        shape = X_NG.p.shape[:-1]
+        p, z = X_NG.p.reshape(-1, 3), axis_of(X_NG.q, 2).reshape(-1, 3)
+        moved = np.empty_like(p)
+        for k in range(len(p)):
+            offset = p[k] - self.points
+            turned = 2.0 * self._features.rho**2 * (1.0 - self.normals @ z[k])
+            near = int(np.argmin(np.sum(offset**2, axis=1) + turned))
+            normal, place = self.normals[near], self.points[near]
+            # On the sample's plane, unless its surface ends before.
+            along = offset[near] - (offset[near] @ normal) * normal
+            moved[k] = place + along * min(
+                1.0, self.hole / max(float(np.linalg.norm(along)), 1e-12)
+            )
+        X, _, _ = self.set_down(Pose(moved.reshape(*shape, 3), X_NG.q))
+        return X
 
     def above(self, xy: Array) -> tuple[Pose, Array]:
         """Return grippers (...) on the topmost surface at positions xy (..., 2), and its normals.

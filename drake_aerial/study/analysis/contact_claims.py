@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from drake_aerial.choices import BASELINES
 from drake_aerial.study.analysis.claims import (
     BASELINE,
     FEWEST_SOLUTIONS,
@@ -58,7 +59,7 @@ def feature_rich_claim(
         assert mean.value is not None
         others = [
             f"{method} {100 * np.mean(saliency[condition, method]):.0f} %"
-            for method in (*OURS, "centroid")
+            for method in (*OURS, *BASELINES)
             if saliency.get((condition, method))
         ]
         findings.append(

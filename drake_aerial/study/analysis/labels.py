@@ -1,6 +1,17 @@
 """Order and description of methods, beliefs and inertias in a report."""
 
-METHOD_ORDER = ("task", "paper", "kopicki", "control", "centroid", "head", "middle", "thigh")
+METHOD_ORDER = (
+    "task",
+    "paper",
+    "kopicki",
+    "control",
+    "registration",
+    "obb",
+    "centroid",
+    "head",
+    "middle",
+    "thigh",
+)
 METHOD_WORDS = {
     "task": "this package's method: edges of the demonstrated object vote for the place of the "
     "gripper, relative to the object's size",
@@ -8,6 +19,8 @@ METHOD_WORDS = {
     "kopicki": "the baseline: the surface must look like the demonstrated one, anywhere on the "
     "object (Kopicki et al., 2016)",
     "control": "this package's method without its votes",
+    "registration": "the demonstrated place, carried by a non-rigid registration of the two scans",
+    "obb": "the demonstrated place in proportions of the object's bounding box",
     "centroid": "no learning: the surface point above the middle of the visible part",
     "head": "contact given: on the bunny's head",
     "middle": "contact given: on the middle of the bunny's back",

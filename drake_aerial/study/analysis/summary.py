@@ -28,7 +28,14 @@ from drake_aerial.study.study_folder import StudyFolder
 
 SCHEMA = "drake_aerial/study_summary"
 VERSION = 1
-COMPARED = (("task", "kopicki"), ("paper", "kopicki"), ("task", "paper"), ("task", "centroid"))
+COMPARED = (
+    ("task", "kopicki"),
+    ("paper", "kopicki"),
+    ("task", "paper"),
+    ("task", "registration"),
+    ("task", "obb"),
+    ("task", "centroid"),
+)
 COMPARED_QUANTITIES = (
     "position_rmse_m",
     "velocity_rmse_m_s",

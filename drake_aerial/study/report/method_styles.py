@@ -9,6 +9,8 @@ METHOD_COLORS = {
     "kopicki": "#D55E00",
     "centroid": "#7F7F7F",
     "control": "#CC79A7",
+    "registration": "#56B4E9",
+    "obb": "#B8A500",
     "head": "#0072B2",
     "middle": "#E69F00",
     "thigh": "#D55E00",
@@ -27,6 +29,8 @@ METHOD_MARKS = {
     "paper": "s",
     "kopicki": "^",
     "centroid": "D",
+    "registration": "v",
+    "obb": "P",
     "middle": "s",
     "thigh": "^",
 }

@@ -15,7 +15,7 @@ _VIEWS = {
     "partial": "one side, from a depth camera",
     "full": "all sides",
 }
-_LEARNT = ("task", "paper", "kopicki", "centroid")
+_LEARNT = ("task", "paper", "kopicki", "registration", "obb", "centroid")
 
 
 @dataclass(frozen=True)

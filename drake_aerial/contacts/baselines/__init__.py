@@ -1,0 +1,1 @@
+"""Contacts without densities: above the centroid, by bounding boxes, by registration."""
