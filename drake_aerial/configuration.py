@@ -163,7 +163,7 @@ def read_station(
     gripper: str | Path | None = None,
     wind: str | Path | None = None,
 ) -> StationParameters:
-    """Return the parameters of a station from a YAML file, or the paper's, and from files of parts.
+    """Return a station's parameters: the paper's or a YAML file's, with parts from other files.
 
     Parameters
     ----------

@@ -87,7 +87,7 @@ def read_scan(
     if is_bag(path):
         return read_bag(path, topic, viewpoint=viewpoint, up=up, camera=camera)
     if topic is not None:
-        raise InputError(f"`topic` must be given for a bag only, got {path}, which is not a bag")
+        raise InputError(f"`topic` may be given only for a bag, got {path}, which is not a bag")
     if camera is not None:
         from drake_aerial.scene.depth_image import read_depth_image
 

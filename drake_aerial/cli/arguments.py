@@ -79,7 +79,7 @@ def add_object(command: argparse.ArgumentParser, *, at: bool = True) -> None:
     choice.add_argument(
         "--whole",
         action="store_true",
-        help="take all points as the payload, whatever is seen in the scan",
+        help="take all points as the payload, without a search for objects",
     )
 
 

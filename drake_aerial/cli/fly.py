@@ -23,8 +23,8 @@ def add_command(commands: argparse._SubParsersAction) -> None:
         help="fly one of the solutions of a transfer",
         description="Fly one of the solutions of a transfer. Infeasible set-ups are rejected "
         "before the simulation, with the reason: exit code 1 if the contacts are marked "
-        "infeasible, taut cables cannot hold the payload, a quadrotor's share is too large or the "
-        "path is impossible; 2 if the team cannot lift the payload.",
+        "infeasible, taut cables cannot hold the payload, a quadrotor's share of the weight is "
+        "too large or the path is impossible; 2 if the team cannot lift the payload.",
     )
     command.add_argument(
         "contacts", type=Path, metavar="contacts.json", help="file that `transfer` wrote"
@@ -85,8 +85,8 @@ def add_command(commands: argparse._SubParsersAction) -> None:
         choices=RETIMINGS,
         const="slower",
         metavar="MODE",
-        help="slower: impossible parts of the path take as long as they need (the default of this "
-        "option); fastest: fly the path as fast as the limits permit",
+        help="slower (default if MODE is left out): slow only the moves that exceed a limit; "
+        "fastest: fly every move except the lift as fast as the limits permit",
     )
     _add_station(command)
     command.add_argument(
@@ -111,7 +111,8 @@ def _add_station(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--station",
         metavar="FILE.yaml",
-        help="team, wind and sensors (default: the paper's); the next four options override parts",
+        help="team, wind and sensors (default: the paper's); the next four options override its "
+        "parts",
     )
     command.add_argument("--quadrotor", metavar="FILE.yaml", help="parameters of all quadrotors")
     command.add_argument(

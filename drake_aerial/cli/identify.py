@@ -18,8 +18,8 @@ def add_command(commands: argparse._SubParsersAction) -> None:
         "identify",
         help="identify mass, centre of mass and inertia of a payload from a recorded flight",
         description="Identify mass, centre of mass and inertia of a payload from a recorded "
-        "flight, each with its standard deviation. Directions that the flight does not show are "
-        "named.",
+        "flight, each with its standard deviation. The output names the directions in which the "
+        "flight does not determine the centre of mass.",
     )
     command.add_argument(
         "folder", type=Path, metavar="DIR", help="a flight's folder, or its trial.npz"

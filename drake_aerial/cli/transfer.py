@@ -31,7 +31,8 @@ def add_command(commands: argparse._SubParsersAction) -> None:
         "transfer",
         help="find contacts for a skill's grippers on a new scan",
         description="Find contacts for a skill's grippers on a new scan. The exit code is 1 if no "
-        "solution is feasible, or the trust in the best one is below `min_trust`.",
+        "solution is feasible, or the trust in the best one is below `min_trust` (0.5, see "
+        "`drake-aerial defaults transfer`).",
     )
     command.add_argument(
         "skill",

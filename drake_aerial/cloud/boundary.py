@@ -1,4 +1,4 @@
-"""The boundary of a seen object: where it ends, where it is hidden, where the view is cut."""
+"""Boundary of an object in a view: the object's end, a nearer thing, or the end of the view."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from drake_aerial.geometry import Array, Pose, transform
 
 
 class BoundaryKind(IntEnum):
-    """The nature of a point of an object's boundary in a view."""
+    """Kind of a boundary point of an object in a view: seen, occluded or cut."""
 
     SEEN = 0
     """The object ends here: what lies beyond is farther away, or the support it stands on."""
@@ -24,7 +24,7 @@ class BoundaryKind(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class Boundary:
-    """Points around a seen object and the nature of its boundary there.
+    """Points on the boundary of an object in a view, and the kind of each.
 
     Attributes
     ----------

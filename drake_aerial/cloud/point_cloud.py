@@ -265,7 +265,8 @@ class PointCloud:
         size = cube.max(axis=0) + 1
         if np.prod(size.astype(float)) > 2**62:
             raise InputError(
-                f"`voxel` = {voxel} m is too small for a cloud of {self.extent.max():.3g} m"
+                f"`voxel` must be at least about 1e-6 of the cloud's size of "
+                f"{self.extent.max():.3g} m, got {voxel}"
             )
         key = (cube[:, 0] * size[1] + cube[:, 1]) * size[2] + cube[:, 2]
         x, y, z = self.points.T

@@ -108,7 +108,7 @@ def _against_z_up(evidence: ViewEvidence, *, forward: bool) -> str | None:
 
 
 def lattice_step(values: Array) -> float | None:
-    """Return the distance of the few equidistant numbers that values (N,) are close to, or None."""
+    """Return the spacing if values (N,) lie near a few equally spaced numbers, else None."""
     gaps = np.sort(np.diff(np.sort(values)))
     width = gaps.sum()
     if not width > 0.0:

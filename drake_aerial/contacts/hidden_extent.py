@@ -1,4 +1,4 @@
-"""What is not known of an object's extent, and the interval of the contact that follows."""
+"""Horizontal dimensions of an object that are not fully seen, and limits of its contacts."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _YAW_BINS = 36
 
 @dataclass(frozen=True, eq=False)
 class HiddenExtent:
-    """A horizontal dimension of an object of which one end or both are not seen.
+    """Horizontal dimension of an object of which one end or both are not seen.
 
     Attributes
     ----------
@@ -57,7 +57,10 @@ class HiddenExtent:
         direction = np.array(values["direction"], float)
         limits = np.array(values["coordinates"], float)
         if direction.shape != (3,) or limits.ndim != 2 or limits.shape[1] != 2:
-            raise ValueError("`hidden` must have a direction (3,) and coordinates (n, 2)")
+            raise ValueError(
+                "`hidden` must have a direction (3,) and coordinates (n, 2), got "
+                f"{direction.shape} and {limits.shape}"
+            )
         return cls(direction, str(values["cause"]), limits[:, 0], limits[:, 1])
 
     def about(self, position: Array, gripper: int = 0) -> tuple[float, float]:

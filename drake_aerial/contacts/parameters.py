@@ -88,4 +88,6 @@ class TransferParameters:
     def __post_init__(self) -> None:
         first, last = self.temperature
         if last > first:
-            raise InputError(f"`temperature` must not increase, got {[first, last]}")
+            raise InputError(
+                f"`temperature` must be [first, last] with last <= first, got {[first, last]}"
+            )

@@ -253,7 +253,7 @@ class ContactSolutions:
 def _rows(entries: list[dict[str, Any]], key: str, count: int) -> Array:
     rows = np.array([entry[key] for entry in entries], dtype=float)
     if rows.shape != (len(entries), count) or not np.isfinite(rows).all():
-        raise ValueError(f"`{key}` must be {count} finite numbers")
+        raise ValueError(f"`{key}` must be {count} finite numbers, got {rows.tolist()}")
     return rows
 
 

@@ -1,4 +1,4 @@
-"""Check of a path before take-off: what it needs, by differential flatness, and what there is."""
+"""Check of a path before take-off: its demands, by differential flatness, and their limits."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class PathCheck:
 
     @property
     def violations(self) -> tuple[Demand, ...]:
-        """The demands beyond their limits, without warnings."""
+        """The demands that exceed their limits, without warnings."""
         return tuple(d for d in self.demands if not (d.kept or d.what == CROSSING))
 
     @property
@@ -133,14 +133,14 @@ def check_path(
 
 
 def winds_of(carried: CarriedPayload) -> tuple[Vector, ...]:
-    """Return the winds for which a path is checked; none but still air without air in the model."""
+    """Return the winds for which a path is checked; only still air if the model has no air."""
     return carried.winds if carried.model.air is not None else ((0.0, 0.0, 0.0),)
 
 
 def path_demands(
     trajectory: Trajectory, carried: CarriedPayload, limits: PathLimits
 ) -> list[Demand]:
-    """Return what a path needs, without its clearance from the payload, which takes longer."""
+    """Return the demands of a path except the clearance from the payload, which takes longer."""
     found = []
     for wind in winds_of(carried):
         t, reference, rest = _sampled(trajectory, carried, wind)

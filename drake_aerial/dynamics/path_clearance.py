@@ -82,7 +82,7 @@ def free_distances(
 def clearances(
     carried: CarriedPayload, limits: PathLimits, t: Array, reference: Reference
 ) -> list[Demand]:
-    """Return the smallest distance of a guard from the payload, and cables that cross it."""
+    """Return the smallest distance of a rotor guard from the payload, and cables that cross it."""
     p_LQ, n = _quadrotors(carried, reference), carried.model.n
     low, high = carried.vertices.min(axis=0), carried.vertices.max(axis=0)
     outside = np.maximum(np.maximum(low - p_LQ, p_LQ - high), 0.0)

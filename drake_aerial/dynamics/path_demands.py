@@ -1,4 +1,4 @@
-"""What a path needs of thrusts, cables, grippers and distances, beside its limits."""
+"""Demands of a path on thrusts, cables, grippers and distances, with their limits."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ CROSSING = "cable through payload"
 
 
 class Demand(NamedTuple):
-    """What a path needs of one quantity where it is closest to, or farthest beyond, its limit.
+    """Value of one quantity on a path, at the time of its smallest margin, and its limit.
 
     Attributes
     ----------
@@ -24,7 +24,7 @@ class Demand(NamedTuple):
         "thrust", "least thrust", "tilt", "tension", "gripper", "distance", "clearance", "cable
         through payload", "position step" or "velocity step".
     value, limit : float
-        What the path needs, and what it may need: the limit with its margin.
+        Value on the path, and the limit less the margin of `PathLimits`.
     unit : str
     time : float
         Time on the path [s].
@@ -56,16 +56,16 @@ class Demand(NamedTuple):
         value, limit, where = f"{self.value:.2f}", f"{self.limit:.2f}", f"at t = {self.time:.2f} s"
         i = self.number
         sentences = {
-            "thrust": f"the path needs {value} N {where}, the propellers of quadrotor {i} have "
-            f"{limit} N with the margin",
-            "least thrust": f"the path lets quadrotor {i} pull only {value} N {where}, its "
-            f"propellers cannot pull less than {limit} N with the margin",
+            "thrust": f"the path needs {value} N {where}, the propellers of quadrotor {i} give "
+            f"at most {limit} N with the margin",
+            "least thrust": f"the path needs only {value} N of quadrotor {i} {where}, its "
+            f"propellers give at least {limit} N with the margin",
             "tilt": f"the path needs a tilt of {value} rad {where} of quadrotor {i}, the limit is "
             f"{limit} rad",
             "tension": f"the path leaves cable {i} a tension of {value} N {where}, it must have "
             f"{limit} N to stay taut",
-            "gripper": f"the path pulls at gripper {i} with {value} N {where}, it holds {limit} N "
-            "with the margin",
+            "gripper": f"the path pulls at gripper {i} with {value} N {where}, it holds at most "
+            f"{limit} N with the margin",
             "distance": f"the path brings quadrotor {i} to {value} m of another {where}, guard to "
             f"guard; the limit is {limit} m",
             "clearance": f"the path brings the guard of quadrotor {i} to {value} m of the payload "
@@ -80,7 +80,7 @@ class Demand(NamedTuple):
 def force_demands(
     carried: CarriedPayload, limits: PathLimits, t: Array, reference: Reference, rest: Reference
 ) -> Iterator[Demand]:
-    """Yield what a reference needs of thrusts, tilts, tensions and grippers.
+    """Yield the demands of a reference on thrusts, tilts, tensions and grippers.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Limits that a path must keep, each with a margin, and the flying team that has them."""
+"""Limits that a path must keep, with their margins; and the team and payload on the path."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class PathLimits:
     """
 
     thrust_margin: Annotated[NonNegative, Lt(1.0)] = 0.15
-    """Part of the thrust between rest and a limit that stays free for feedback (dimensionless)."""
+    """Fraction of the thrust between hover and a limit that stays free (dimensionless)."""
     tilt: Annotated[Positive, Lt(np.pi / 2)] = 1.05
     """Largest angle between a quadrotor's thrust and the vertical [rad]."""
     tension: Annotated[NonNegative, Lt(1.0)] = 0.05
@@ -84,7 +84,7 @@ class CarriedPayload:
 
     @classmethod
     def of_model(cls, model: PayloadModelParameters) -> CarriedPayload:
-        """Return a payload of which the model alone is known.
+        """Return a payload that is given by its model only.
 
         Grippers hold any load along the upward normal, quadrotors are points, and the clearance of
         the payload is not checked.

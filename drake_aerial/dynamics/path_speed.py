@@ -1,4 +1,4 @@
-"""Fastest motion along a path that thrusts allow at the level of accelerations."""
+"""Fastest motion along a path by the limits of acceleration that the thrusts give."""
 
 import logging
 

@@ -21,7 +21,7 @@ LEAST_SHARE = 0.05
 
 @dataclass(frozen=True, eq=False)
 class ModelAir:
-    """What the model knows of the air.
+    """Parameters of the air in the payload model.
 
     Attributes
     ----------

@@ -60,7 +60,7 @@ class IdentificationParameters:
 
 @dataclass(frozen=True, eq=False)
 class Identification:
-    """Identified inertial parameters of a payload, with its grippers taken off.
+    """Identified inertial parameters of a payload, without its grippers.
 
     Made by `identify_payload`.
 

@@ -84,10 +84,12 @@ class PayloadMotion:
             if value.shape != shape:
                 raise InputError(f"`{name}` must have shape {shape}, got {value.shape}")
             if not np.isfinite(value).all():
-                raise InputError(f"`{name}` must be finite")
+                raise InputError(f"`{name}` must be finite, but some values are NaN or infinite")
         steps = np.diff(self.time)
         if T < 3 or not (steps > 0.0).all() or np.ptp(steps) > 1e-3 * steps.mean():
-            raise InputError("`time` must have at least 3 samples at a constant interval")
+            raise InputError(
+                f"`time` must have at least 3 samples at a constant interval, got {T} samples"
+            )
 
 
 class WindowEquations(NamedTuple):

@@ -1,4 +1,4 @@
-"""Wind observer: the velocity of the air, with what remains of unmodelled force and moment."""
+"""Wind observer: the velocity of the air, and the remaining unmodelled force and moment."""
 
 from __future__ import annotations
 
@@ -90,7 +90,10 @@ class WindObserver:
             If the model has no air.
         """
         if model.air is None:
-            raise InputError("`observer` of the wind needs a model with air, got one without")
+            raise InputError(
+                "`observer` of kind wind needs a model with air, got one without: give the station "
+                "`air`, or choose the kind force"
+            )
         n, o = model.n, observation
         v = o.v + o.R @ cross(o.W, model.p_LLcm)
         quadrotors = np.concatenate([o.v_WQ, o.xi, o.xi @ o.R, o.z_WQ]).reshape(4, n, 3)

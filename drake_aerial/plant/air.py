@@ -1,4 +1,4 @@
-"""Air: its parameters, the drag of a payload's hull and of rotors, and the air that moves along.
+"""Air: its parameters, the drag of a payload's hull and of rotors, and the added mass.
 
 Plant, controllers and estimators use the same functions. Velocities are those of the air relative
 to the body, so that a force has the direction of the velocity, not against it.
@@ -18,7 +18,7 @@ from drake_aerial.plant.mass_properties import SolidProperties, is_closed, solid
 
 @record(frozen=True)
 class AirParameters:
-    """Air around payload and quadrotors: drag, and the mass of the air that moves along.
+    """Air around payload and quadrotors: drag, and the added mass of the payload.
 
     Not modelled: the drag of cables and grippers, the moment of the air about the payload's centre
     of drag, vortex shedding, and the effect of inflow on the propellers' thrust.
@@ -47,7 +47,7 @@ class AirParameters:
 
 @dataclass(frozen=True, eq=False)
 class PayloadAir:
-    """What the air does to one payload, in the axes of the frame of its vertices.
+    """Drag and added mass of one payload, in the axes of the frame of its vertices.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class PayloadAir:
 
 
 def payload_air(vertices: Array, faces: Array, air: AirParameters) -> PayloadAir:
-    """Return what the air does to a payload.
+    """Return drag and added mass of a payload.
 
     Each panel of the convex hull feels a pressure proportional to the cosine between its normal
     and the flow, so that K = density / 2 c_D sum a n n^T / 2 over panels of area a and normal n. A

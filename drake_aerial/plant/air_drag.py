@@ -1,4 +1,4 @@
-"""Forces of the air on payload and quadrotors in a plant: drag, buoyancy and downwash."""
+"""Forces of the air on payload and quadrotors in a plant: drag and buoyancy."""
 
 from math import sqrt
 

@@ -1,4 +1,4 @@
-"""The payload as a body of a plant: mass properties, contact spheres, hull and picture."""
+"""The payload as a body of a plant: mass properties, contact spheres, hull and visual."""
 
 from dataclasses import dataclass
 

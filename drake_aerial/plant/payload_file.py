@@ -54,7 +54,8 @@ class PayloadFile:
 
     def __post_init__(self) -> None:
         if (self.mesh is None) == (self.box is None):
-            raise InputError("exactly one of `mesh` and `box` must be given")
+            given = "neither" if self.mesh is None else "both"
+            raise InputError(f"exactly one of `mesh` and `box` must be given, got {given}")
         if self.inertia is not None:
             check_inertia(self.inertia, "`inertia`")
 

@@ -1,4 +1,4 @@
-"""The closed hull of a scan as a payload's shape, and what was not seen of it."""
+"""The closed hull of a scan as a payload's shape, and the assumptions about its hidden part."""
 
 from __future__ import annotations
 

@@ -128,7 +128,7 @@ class Move(NamedTuple):
         return stack
 
     def under(self, law: Law) -> list[Segment]:
-        """Return the segments under a law."""
+        """Return the segments of the move under a timing law."""
         if not isinstance(law, SplineLaw):
             slowed = [SlowedSegment(segment, law) for segment in self.segments]
             return list(self.segments) if law == 1.0 else list(slowed)
@@ -258,5 +258,5 @@ def _law(given: Any) -> Law:
         return SplineLaw(float(given["spacing"]), tuple(given["points"]))
     except (TypeError, KeyError, ValueError) as error:
         raise InputError(
-            "`laws` must be numbers, or mappings with the keys spacing and points"
+            f"`laws` must be numbers, or mappings with the keys spacing and points, got {given!r}"
         ) from error

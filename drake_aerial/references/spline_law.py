@@ -44,7 +44,10 @@ class SplineLaw:
         if not (np.isfinite(self.spacing) and self.spacing > 0.0):
             raise InputError(f"`spacing` of a law must be positive [s], got {self.spacing!r}")
         if points.ndim != 1 or len(points) < 2 or not (np.diff(points) >= 0.0).all():
-            raise InputError("`points` of a law must be two or more numbers that do not decrease")
+            raise InputError(
+                "`points` of a law must be two or more numbers that do not decrease, got "
+                f"{self.points}"
+            )
         object.__setattr__(self, "points", tuple(points.tolist()))
 
     @property

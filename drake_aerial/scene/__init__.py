@@ -1,1 +1,1 @@
-"""Sensor data as point clouds: depth cameras and images. Point files are in `cloud`."""
+"""Depth images and bags as point clouds; objects of a scene. Point files are in `cloud`."""

@@ -118,7 +118,7 @@ def _png(data: bytes) -> np.ndarray:
 
     with Image.open(io.BytesIO(data)) as image:
         if image.width * image.height > _MAX_PIXELS:
-            raise ValueError(f"{image.width} x {image.height} pixels are too many")
+            raise ValueError(f"{image.width} x {image.height} pixels are more than {_MAX_PIXELS}")
         pixels = np.asarray(image)
     if pixels.ndim != 2 or pixels.dtype.itemsize < 2:
         raise ValueError(f"16 bits for each pixel are needed, got {pixels.dtype} {pixels.shape}")

@@ -133,7 +133,9 @@ def _read_image(path: Path) -> np.ndarray:
         ) from error
     with opened as image:
         if image.width * image.height > _MAX_PIXELS:
-            raise InputError(f"{path} has {image.width} x {image.height} pixels, too many to read")
+            raise InputError(
+                f"{path} must have at most {_MAX_PIXELS} pixels, got {image.width} x {image.height}"
+            )
         return np.asarray(image)
 
 

@@ -60,7 +60,7 @@ def join_behind_occluders(
 def join_strips(
     groups: Groups, contacts: dict[tuple[int, int], Contact], surfaces: Surfaces
 ) -> None:
-    """Join parts that continue each other across a short rim: edges there are noise."""
+    """Join parts with a short common rim that continue each other: such edges are noise."""
     for (first, second), contact in contacts.items():
         if first == SUPPORT or groups.of(first) == groups.of(second):
             continue

@@ -77,7 +77,7 @@ def find_contacts(
     points = surfaces.points.reshape(-1, 3)
 
     def lead(at: Labels) -> Array:
-        """Return how far the own plane is in front of the other's at a pixel."""
+        """Return how far the plane at `own` is in front of that at `other`, at a pixel."""
         difference = coefficients[own] - coefficients[other]
         return towards * ((difference[:, :2] * rays[at]).sum(axis=1) + difference[:, 2])
 
@@ -116,7 +116,7 @@ def find_contacts(
 
 
 def join_convex(groups: Groups, contacts: dict[tuple[int, int], Contact]) -> None:
-    """Join parts that meet in convex edges or smoothly, against those that part them.
+    """Join parts whose common rims are mostly convex or smooth.
 
     Each pair of pixels across a rim votes: for one object where the surface is convex or smooth,
     against it where the surface jumps or is concave. Greedy additive edge contraction (Keuper et

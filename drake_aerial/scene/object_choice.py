@@ -46,7 +46,7 @@ class ObjectsNotChosenError(InputError):
 
 @dataclass(frozen=True)
 class ObjectChoice:
-    """Which object of a scene is meant, by one of three ways; by none of them, the only one.
+    """Choice of an object by number, pixel or point; without a choice, the only object.
 
     Attributes
     ----------
@@ -213,7 +213,7 @@ def is_scene(scene: Scene) -> bool:
 
 
 def object_cloud(scene: Scene, number: int) -> PointCloud:
-    """Return an object's cloud, which says in its record which object of which scene it is."""
+    """Return an object's cloud; its record holds the number of the object in the scene."""
     cloud = scene.cloud_of(number)
     if scene.is_one_object:
         return cloud

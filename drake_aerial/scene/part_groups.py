@@ -11,7 +11,7 @@ from drake_aerial.scene.parts import Part
 
 @dataclass(eq=False)
 class Groups:
-    """Groups of parts that are one object; groups are named by their least part."""
+    """Groups of parts that are one object; the lowest part number is the group's number."""
 
     parts: dict[int, Part]
     head: dict[int, int] = field(default_factory=dict)
@@ -20,13 +20,13 @@ class Groups:
         self.head = {number: number for number in self.parts}
 
     def of(self, number: int) -> int:
-        """Return the group of a part, by its least part."""
+        """Return the number of the group of a part."""
         while self.head[number] != number:
             number = self.head[number]
         return number
 
     def join(self, first: int, second: int) -> bool:
-        """Make two groups one; return whether they were two."""
+        """Join the groups of two parts; return False if they were one group already."""
         low, high = sorted((self.of(first), self.of(second)))
         self.head[high] = low
         return low != high

@@ -1,4 +1,4 @@
-"""The parts of what stands on the supports: locally convex pieces of its seen surface.
+"""Parts of the things on the supports: locally convex pieces of their visible surface.
 
 Cut at depth jumps and concave edges, as in Stein et al., "Object partitioning using local
 convexity" (2014), on pixels in place of supervoxels.
@@ -56,7 +56,7 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class Ground:
-    """What is known of the supports at each pixel.
+    """Supports and heights above them at each pixel.
 
     Attributes
     ----------

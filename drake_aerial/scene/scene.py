@@ -86,7 +86,7 @@ class Support:
 
 @dataclass(frozen=True, eq=False)
 class Box:
-    """The upright box around an object: its sides are the least rectangle seen from above.
+    """Upright box around an object; its footprint is the smallest rectangle seen from above.
 
     Attributes
     ----------
@@ -167,7 +167,7 @@ class SceneObject:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A cloud understood as supports and objects.
+    """A cloud segmented into supports and objects.
 
     Attributes
     ----------

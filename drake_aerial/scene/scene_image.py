@@ -128,7 +128,10 @@ class SceneImage:
             flat = points_C[:, :2] / np.where(front, points_C[:, 2], 1.0)[:, None]
             front &= (np.abs(flat) < 5.0).all(axis=1)
         if not front.any():
-            raise InputError("no point of the cloud is in front of its viewpoint; give another one")
+            raise InputError(
+                "no point of the cloud is in front of its viewpoint; give the sensor's position "
+                "(`viewpoint`, --viewpoint)"
+            )
         cell = _cell(flat[front])
         pixel = np.floor((flat - flat[front].min(axis=0)) / cell).astype(np.int64)[:, ::-1]
         pixel[~front] = -1

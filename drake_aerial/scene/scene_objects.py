@@ -114,7 +114,7 @@ def one_object(image: SceneImage, gravity: Gravity) -> Scene:
 
 
 def upright_box(points: Array, up: Array) -> Box:
-    """Return the upright box around points (N, 3), with the least rectangle seen from above."""
+    """Return the upright box around points (N, 3), with the smallest footprint."""
     import cv2
 
     x = perpendicular(up)

@@ -82,8 +82,8 @@ class FlightOptions:
     """Fly although the contacts are marked infeasible, no taut equilibrium exists, the payload is
     too heavy, or the path is impossible."""
     retime: Retiming | None = None
-    """slower: impossible parts of the path take as long as they need; fastest: the path is flown as
-    fast as the limits permit; None: the path is flown as it is, or refused."""
+    """slower: only the moves that exceed a limit are slowed; fastest: every move except the lift is
+    flown as fast as the limits permit; None: the path is flown as it is, or rejected."""
     path_limits: PathLimits | None = LIMITS
     """Margins of the check of the path before take-off; None to check nothing."""
 

@@ -27,7 +27,7 @@ _GUARD = 1.2
 
 @dataclass(frozen=True)
 class PreparedPath:
-    """The trajectory that is flown, and what is known of it.
+    """The trajectory that is flown, its check and notes.
 
     Attributes
     ----------
@@ -175,7 +175,8 @@ def _refusal(
     if steps:
         todo = "choose the timing smooth or quintic"
     elif np.isfinite(factor) and factor > 1.0:
-        todo = f"slow it by {np.ceil(100.0 * factor) / 100.0:.2f} or use --retime (retime='slower')"
+        slower = np.ceil(100.0 * factor) / 100.0
+        todo = f"slow it by a factor of {slower:.2f} or use --retime (retime='slower')"
     else:
         todo = "it is impossible at any speed: choose other contacts, another team or less wind"
     return f"{first}; {todo}, or fly it anyway with --force (force=True)"

@@ -1,4 +1,4 @@
-"""The plant of a station: ground, payload, n quadrotors with cables and grippers, and its rest."""
+"""The plant of a station: ground, payload, quadrotors, cables, grippers, and poses at rest."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

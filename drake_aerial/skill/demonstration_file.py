@@ -75,10 +75,10 @@ class CloudEntry:
                 "`view` and `scale` must not be given for a file, only for a mesh or box"
             )
         if self.topic is not None and self.file is None:
-            raise InputError("`topic` must be given for a `file` that is a bag only")
+            raise InputError("`topic` may be given only for a `file` that is a bag, got no `file`")
         if self.object is not None and (self.file is None or self.whole):
             raise InputError(
-                "`object` must be given for a `file` that is a scene, not with `whole`"
+                "`object` may be given only for a `file` that is a scene, and not with `whole`"
             )
         if self.view == "top" and self.box is None:
             raise InputError(

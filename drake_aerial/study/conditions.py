@@ -110,7 +110,10 @@ class Condition:
                     f"`name` and labels must be letters, digits and underscores, got {name!r}"
                 )
         if bool(self.contacts) == (self.demonstration is not None):
-            raise InputError("exactly one of `demonstration` and `contacts` must be given")
+            given = "both" if self.contacts else "neither"
+            raise InputError(
+                f"exactly one of `demonstration` and `contacts` must be given, got {given}"
+            )
         if self.view == "partial" and self.viewpoint is None:
             raise InputError(
                 "`viewpoint` must be given for the view 'partial': [x, y, z] in metres"

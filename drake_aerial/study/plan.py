@@ -138,7 +138,9 @@ class StudyPlan:
                         f"got {name!r}{nearest(name, names)}"
                     )
             if not part.methods and transferred & {*part.conditions}:
-                raise InputError(f"`flights`: methods must be given, of {', '.join(METHODS)}")
+                raise InputError(
+                    f"`flights`: methods must be one or more of {', '.join(METHODS)}, got none"
+                )
 
     def to_dict(self) -> dict[str, Any]:
         """Return the plan as the mapping that is written to study.yaml."""

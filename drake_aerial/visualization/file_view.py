@@ -8,6 +8,7 @@ import numpy as np
 
 from drake_aerial.choices import BASELINES
 from drake_aerial.cloud.point_cloud import PointCloud
+from drake_aerial.contacts.parameters import TransferParameters
 from drake_aerial.contacts.solutions import ContactSolutions
 from drake_aerial.errors import InputError
 from drake_aerial.io import model_files
@@ -174,7 +175,10 @@ def _trust_lines(solutions: ContactSolutions) -> list[str]:
     best = solutions.best
     if best is None or best.trust is None:
         return []
-    state = "" if solutions.is_trusted else ", below the threshold: do not fly it unchecked"
+    least = (solutions.parameters or TransferParameters()).min_trust
+    state = (
+        "" if solutions.is_trusted else f", below `min_trust` = {least:g}: check it before a flight"
+    )
     return [
         "",
         f"trust {best.trust.probability:.2f} in contact {best.rank}{state}",

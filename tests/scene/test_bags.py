@@ -109,7 +109,7 @@ def test_damaged_bags_are_refused(tmp_path, storage):
 
 def test_a_file_that_is_not_a_bag_takes_no_topic(tmp_path):
     np.save(tmp_path / "a.npy", POINTS)
-    with pytest.raises(InputError, match="`topic` must be given for a bag only"):
+    with pytest.raises(InputError, match="`topic` may be given only for a bag"):
         read_scan(tmp_path / "a.npy", topic="/points")
     with pytest.raises(InputError, match="no such file"):
         read_scan(tmp_path / "a.mcap")

@@ -31,8 +31,8 @@ def carried(held):
 def test_an_impossible_path_is_refused_with_the_limit_and_the_factor(held):
     with pytest.raises(
         JobError,
-        match=r"the path needs \d+\.\d\d N at t = 0\.\d\d s, the propellers of quadrotor 1 have "
-        r"6\.75 N with the margin; slow it by 1\.\d\d or use --retime",
+        match=r"the path needs \d+\.\d\d N at t = 0\.\d\d s, the propellers of quadrotor 1 "
+        r"give at most 6\.75 N with the margin; slow it by a factor of 1\.\d\d or use --retime",
     ):
         Flight(held, FlightOptions(trajectory=FAST))
 

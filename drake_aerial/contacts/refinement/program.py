@@ -121,7 +121,7 @@ class ContactProgram:
         X_SG = solution.X_SG if isinstance(solution, Solution) else solution
         if X_SG.p.shape != (len(skill), 3):
             raise InputError(
-                f"the seed must have {len(skill)} grippers, as the skill has, "
+                f"`solution` must have {len(skill)} grippers, as the skill has, "
                 f"got positions of shape {X_SG.p.shape}"
             )
         if not reach > 0.0:
@@ -206,7 +206,10 @@ class ContactProgram:
         guess = np.nan_to_num(self._prog.initial_guess())
         best = drake_solver.Solve(self._prog, guess, options)
         if not self._has_point(best):
-            raise JobError(f"{solver} found no solution: {best.get_solution_result().name}")
+            raise JobError(
+                f"the solver {solver} found no solution ({best.get_solution_result().name}); use "
+                "another `solver` or remove constraints"
+            )
         solution, rng = self._solution(best), np.random.default_rng(seed)
         for _ in range(_RETRIES):
             if not self._stuck(best, solution, guess):

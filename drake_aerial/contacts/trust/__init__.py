@@ -1,1 +1,1 @@
-"""How far a contact can be trusted: evidence from the scan, and a fitted probability."""
+"""Trust in contacts: evidence from the scan, and a fitted probability."""

@@ -1,4 +1,4 @@
-"""Which demonstrated task features find a counterpart on the new scan, given a place."""
+"""Counterparts of the demonstrated task features on a new scan, if the contact is at a place."""
 
 from __future__ import annotations
 

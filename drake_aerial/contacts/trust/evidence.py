@@ -1,4 +1,4 @@
-"""Statistics that tell right contacts from wrong ones, of each solution of a transfer."""
+"""Statistics of each solution of a transfer, by which right and wrong contacts differ."""
 
 from __future__ import annotations
 

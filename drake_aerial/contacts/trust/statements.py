@@ -1,4 +1,4 @@
-"""What speaks for and against a solution, in words."""
+"""Reasons for and against a solution, as text."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _SHARES = (
 
 
 def statements(evidence: Evidence) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return what speaks for a solution, and what speaks against it."""
+    """Return the reasons for a solution, and the reasons against it."""
     found = [
         _fit(evidence),
         _elsewhere(evidence),
@@ -39,7 +39,7 @@ def statements(evidence: Evidence) -> tuple[tuple[str, ...], tuple[str, ...]]:
 
 def low_trust(trust: Trust, least: float) -> str:
     """Return one line that says that a trust is too low, why, and what to do."""
-    why = "; ".join(trust.speaks_against) or "nothing speaks clearly for it"
+    why = "; ".join(trust.speaks_against) or "no statistic is clearly good"
     return (
         f"trust {trust.probability:.2f} in the best contact is below `min_trust` = {least:g}: "
         f"{why}; check it with `view`, demonstrate on a more similar object, or lower `min_trust`"
@@ -53,9 +53,9 @@ def _cm(length: float) -> str:
 def _fit(e: Evidence) -> tuple[bool, str]:
     off = _cm(e.whole * e.size)
     if e.whole < 0.008:
-        return True, f"laid on this contact, the demonstrated object fits the scan to {off}"
+        return True, f"aligned at this contact, the demonstrated object fits the scan to {off}"
     if e.whole > 0.018:
-        return False, f"laid on this contact, the demonstrated object is off the scan by {off}"
+        return False, f"aligned at this contact, the demonstrated object is {off} from the scan"
     return True, ""
 
 
@@ -81,9 +81,9 @@ def _share(share: float) -> str:
 def _box(e: Evidence) -> tuple[bool, str]:
     away = _cm(e.box_distance * e.size)
     if e.box_distance < 0.05:
-        return True, f"the same place in the bounding box is {away} away"
+        return True, f"the demonstrated place in the bounding box is {away} away"
     if e.box_distance > 0.1:
-        return False, f"the same place in the bounding box is {away} away"
+        return False, f"the demonstrated place in the bounding box is {away} away"
     return True, ""
 
 
@@ -112,5 +112,5 @@ def _cut(e: Evidence) -> tuple[bool, str]:
 
 def _size(e: Evidence) -> tuple[bool, str]:
     if e.size_ratio > np.log(3.0):
-        return False, f"the objects differ in size {np.exp(e.size_ratio):.1f} times"
+        return False, f"one object is {np.exp(e.size_ratio):.1f} times as large as the other"
     return True, ""

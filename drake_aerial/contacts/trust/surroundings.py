@@ -1,4 +1,4 @@
-"""How well the demonstrated object fits the new scan if its contact lies at a given place.
+"""Fit of the demonstrated object to a new scan if its contact is at a given place.
 
 Only what is visible from above is compared. No density and no vote is used, so that it also speaks
 about contacts that a method found likely for the wrong reason. The demonstrated object itself has
@@ -33,7 +33,7 @@ _KEPT = 2
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """How the demonstrated object fits the new scan at one place.
+    """Distances of the demonstrated object from the new scan, aligned at one place.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class Fit:
 
 
 class Surroundings:
-    """The demonstrated object around its contact, ready to be laid on a new scan.
+    """The demonstrated object relative to its contact, to be aligned with a new scan.
 
     Each quarter turn between the two upright boxes gives three maps: stretched to the new box, and
     in proportion, as long or as wide as the new box.
@@ -82,7 +82,7 @@ class Surroundings:
         self._looked_up = {n: (_spread(taught, n), _spread(asked, n)) for n in (_FEW, _MANY)}
 
     def fit(self, place: Array) -> Fit:
-        """Return the fit of the best map if the contact is at `place` (3,) [m]."""
+        """Return the fit of the best of `maps` if the contact is at `place` (3,) [m]."""
         rough = [
             0.5 * sum(map(np.mean, self._shares(m, place, _FEW))) + misfit
             for m, misfit in zip(self.maps, self._misfit, strict=True)
@@ -91,7 +91,7 @@ class Surroundings:
         return min(fits, key=lambda fit: fit.whole)
 
     def fit_of(self, k: int, place: Array) -> float:
-        """Return `whole` of map k at `place` (3,) [m]."""
+        """Return `Fit.whole` of `maps[k]` if the contact is at `place` (3,) [m]."""
         return self._fit(k, place).whole
 
     def _fit(self, k: int, place: Array) -> Fit:

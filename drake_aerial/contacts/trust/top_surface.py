@@ -64,5 +64,5 @@ class TopSurface:
         return float(np.mean(self.points[:, 2] > place[2] + FLAT * self.box.size))
 
     def is_flat(self) -> bool:
-        """Whether the top surface has no relief to speak of."""
+        """Whether the top surface is flat, with negligible height differences."""
         return self.relief < FLAT * self.box.size

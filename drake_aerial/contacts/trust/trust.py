@@ -1,4 +1,4 @@
-"""The trust in one solution: a probability, and what speaks for and against it."""
+"""The trust in one solution: a probability, and the reasons for and against it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Trust:
-    """How far one solution can be trusted.
+    """Probability that one solution is right, with the reasons for and against it.
 
     Attributes
     ----------

@@ -107,7 +107,7 @@ class ScanCuts:
         return hull if self.outline is None else self.outline.hull
 
     def voting(self, features: SurfaceFeatures) -> np.ndarray:
-        """Return which features may vote, (N,): not the rims that the view made."""
+        """Return which features may vote, (N,): all but rims at cut or hidden sides."""
         made = features.rim & self.towards(horizontal_direction(features)[0])
         return ~made if self.outline is None else ~(made | self.outline.hidden)
 

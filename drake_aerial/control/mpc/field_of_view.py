@@ -1,4 +1,4 @@
-"""Violation of the view of each quadrotor's downward camera by the payload, and its penalty."""
+"""Penalty on a payload outside the view of a quadrotor's downward camera, for the MPC."""
 
 import numpy as np
 

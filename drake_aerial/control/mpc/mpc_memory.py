@@ -110,7 +110,7 @@ def initial_guess(
     desired: Reference,
     disturbance: Disturbance | None,
 ) -> tuple[PayloadState, Array, float]:
-    """Return states (batch N + 1) and inputs (N, n, 3) [N] to linearise along, and an error.
+    """Return states (batch N + 1), inputs (N, n, 3) [N] to linearise along, and a position error.
 
     The error is that of the previous plan's prediction of the CoM's position [m].
 

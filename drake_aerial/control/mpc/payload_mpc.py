@@ -215,7 +215,7 @@ class PayloadMpc(PayloadController):
             and isinstance(observer, DisturbanceObserver)
         ):
             warnings.warn(
-                f"the observed disturbance is limited since t = {t:.2f} s: it exceeds `share` = "
+                f"at t = {t:.2f} s the estimated disturbance reached the limit `share` = "
                 f"{observer.share:g} or `lever` = {observer.lever:g} m of DisturbanceObserver; "
                 "raise them or correct the believed mass properties",
                 RuntimeWarning,

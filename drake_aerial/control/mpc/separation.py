@@ -1,4 +1,4 @@
-"""Violation of the distance between quadrotors, and its Jacobian, for a penalty in the MPC."""
+"""Violation of the smallest distance between quadrotors, for a penalty in the MPC."""
 
 from itertools import combinations
 
@@ -28,7 +28,7 @@ class Separation:
         self._arm_matrices = skew(self._arms)
 
     def violation(self, x: PayloadState) -> tuple[Array, Array]:
-        """Return distances missing (B, P) [m], negative where there is room, and unit vectors.
+        """Return smallest minus actual distances (B, P) [m], and unit vectors of the pairs.
 
         The unit vectors (B, P, 3) in the world point from the second quadrotor of a pair to the
         first.

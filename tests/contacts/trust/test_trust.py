@@ -63,7 +63,7 @@ def test_words_name_what_speaks_against_with_lengths():
     text = "; ".join(against)
     assert "three quarters of the demonstrated edges have no counterpart" in text
     assert "another place 30 cm away is nearly as likely" in text
-    assert "the same place in the bounding box is 25 cm away" in text
+    assert "the demonstrated place in the bounding box is 25 cm away" in text
     assert "the contact lies 20 cm higher than the demonstrated one" in text
 
 

@@ -43,7 +43,7 @@ def test_below_the_threshold_the_command_fails_and_says_why(folder, capsys):
     assert transfer(folder, "--parameters", folder / "strict.yaml", "--html", page) == 1
     line = capsys.readouterr().err.strip().splitlines()[-1]
     assert re.match(r"trust 0\.\d\d in the best contact is below `min_trust` = 1: ", line)
-    assert "below the threshold" in page.read_text()
+    assert "below `min_trust` = 1" in page.read_text()
 
 
 def test_other_methods_have_no_trust(folder, capsys):
