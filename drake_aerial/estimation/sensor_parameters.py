@@ -32,14 +32,16 @@ class Measurement:
 class SensorParameters:
     """Sensors of a flight. The defaults are those of a laboratory with motion capture.
 
-    Positions and attitudes: marker-based motion capture at 100 Hz, with 10 ms from exposure to
-    delivery. Merriaux et al. ("A Study of Vicon System Positioning Performance", Sensors 2017)
-    measured errors of 0.15 mm at rest and below 2 mm in motion; 1 mm is used, and 5 mrad for
-    markers 0.2 m apart. Velocities: filters that fuse motion capture with inertial sensors.
-    Gyroscope and accelerometer: data sheet of the Bosch BMI088, 0.014 deg/s/sqrt(Hz) and 175 ug/
-    sqrt(Hz) over 100 Hz; offsets after calibration at rest. Cable angles at the quadrotor: a 14-bit
-    magnetic encoder (data sheet of the ams AS5048A, 0.05 deg of noise) on a gimbal, mounted to half
-    a degree. Rotor speeds: the count of a motor controller.
+    From publications: Merriaux et al. ("A Study of Vicon System Positioning Performance", Sensors
+    2017) measured position errors of 0.15 mm at rest and below 2 mm in motion; 1 mm is used. The
+    gyroscope of the Bosch BMI088 has 0.014 deg/s/sqrt(Hz), taken over 100 Hz. The 14-bit magnetic
+    encoder ams AS5048A has at most 0.06 deg rms of noise and 0.8 deg of non-linearity at 25 degrees
+    C; half a degree is used for an encoder and its mounting.
+
+    Estimates without a source: all periods and delays (10 ms from exposure to delivery), attitudes
+    (5 mrad, of markers 0.2 m apart), velocities and the payload's and the cables' rates (filters
+    that fuse motion capture with inertial sensors), accelerometer, rotor speeds, and every bias but
+    that of the encoder.
 
     Examples
     --------
