@@ -78,7 +78,7 @@ def unit_hint(extent: float) -> str:
 
 
 def size_assumption(points: Array) -> list[Assumption]:
-    """Return the assumption that implausibly large points (N, 3) are in metres."""
+    """Return an assumption on the unit if points (N, 3) are implausibly large for metres."""
     extent = float(np.ptp(points, axis=0).max())
     if extent <= _PLAUSIBLE[1]:
         return []
