@@ -215,7 +215,7 @@ class PayloadModelParameters:
         return replace(self, **{name: getattr(self, name)[index] for name in names}, air=air)
 
     def in_air(self, payload: PayloadAir, rotor_drag: ArrayLike) -> PayloadModelParameters:
-        """Return the model with air: drag, and the mass of the air that moves along.
+        """Return the model with air: drag, and the added mass of the payload.
 
         Parameters
         ----------

@@ -35,8 +35,9 @@ class ContactChecker:
     def __init__(self, query: ContactQuery | None, parameters: TransferParameters):
         if query is None:
             raise InputError(
-                "`query` must hold the densities of a transfer, got None; contacts.json does not "
-                "hold them and baselines have none: use solutions that `transfer` returned"
+                "`query` must hold the densities of a transfer, got None; contacts.json and the "
+                "methods registration, obb and centroid have none: use solutions that `transfer` "
+                "returned with another method"
             )
         self.query, self.parameters = query, parameters
         self.likelihood, self.surface = query.likelihood, query.scan.surface
