@@ -183,7 +183,7 @@ def test_the_documented_payload_and_demonstration_are_read(tmp_path):
     ]
     (demonstration,) = (yaml.safe_load(text) for text in texts if "grippers:" in text)
     (payload,) = (yaml.safe_load(text) for text in texts if "inertia:" in text)
-    for source in ("file", "mesh", "topic"):
+    for source in ("file", "mesh", "topic", "object"):
         demonstration["cloud"].pop(source)
     (tmp_path / "demonstration.yaml").write_text(yaml.safe_dump(demonstration))
     (tmp_path / "payload.yaml").write_text(yaml.safe_dump(payload))

@@ -14,12 +14,16 @@ import drake_aerial
 from drake_aerial import Dryden, FlightOptions, InputError, MpcParameters
 from drake_aerial.choices import METHODS, Method
 from drake_aerial.configuration import NOUNS, noun_class
+from drake_aerial.estimation.mass_identification import IdentificationParameters
 from drake_aerial.io.records import _leaves, is_record, range_text
 from drake_aerial.plant.quadrotor import QuadrotorParameters
+from drake_aerial.scene.parameters import SceneParameters
 from drake_aerial.statics.lift import Lift
 
 PAGE = Path(__file__).parents[1] / "docs" / "api" / "configuration.md"
 ROW = re.compile(r"^\| `(\w+)\.(\w+)` \| ([^|]*) \| ([^|]*) \| (.*) \|$", re.MULTILINE)
+OTHERS = (FlightOptions, IdentificationParameters, SceneParameters)
+"""Records that no noun of a file names."""
 BASES = {
     Lift: Lift(0.5, (7.0,), (0.25,)),
     Dryden: Dryden((1.0, 1.0, 1.0), (1.0, 1.0, 1.0)),
@@ -41,7 +45,7 @@ def nested(kind):
 PARAMETERS = sorted(
     {
         record
-        for kind in (*(noun_class(noun) for noun in NOUNS if noun != "payload"), FlightOptions)
+        for kind in (*(noun_class(noun) for noun in NOUNS if noun != "payload"), *OTHERS)
         for record in nested(kind)
     },
     key=lambda record: record.__name__,
