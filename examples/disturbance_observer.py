@@ -7,7 +7,7 @@ held = da.SuspendedPayload.from_contacts(box, [[0.0, 0.0, 0.1]], [[0.0, 0.0, 1.0
 windy = da.StationParameters(wind=da.WindParameters(mean=(3.0, 0.0, 0.0)))  # [m/s]
 
 flights = {}
-for name, observer in (("without", None), ("with", da.DisturbanceObserver())):
+for name, observer in (("without", "off"), ("with", da.DisturbanceObserver())):
     options = da.FlightOptions(
         controller=da.MpcParameters(observer=observer),
         trajectory=da.HoverTrajectory(hover_time=6.0),

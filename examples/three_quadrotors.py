@@ -10,7 +10,7 @@ shape = Payload.read("hollow_triangle")
 payload = Payload.from_mesh(trimesh.Trimesh(1.3 * shape.vertices, shape.faces), mass=1.0)
 contacts = transfer(read_skill("formation"), PointCloud.read(payload.to_trimesh()), top=1)
 
-line = LineTrajectory(displacement=(1.0, 0.0, 0.0), lift_time=2.0, line_time=2.0, hover_time=1.0)
+line = LineTrajectory(displacement=(1.0, 0.0, 0.0), lift_time=3.0, line_time=2.0, hover_time=1.0)
 flight = fly(contacts, payload=payload, trajectory=line, seed=0)
 
 # Three vertical cables hold a level payload in one way: forces and moments balance.

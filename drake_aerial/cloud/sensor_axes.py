@@ -147,7 +147,8 @@ def _is_periodic(ratio: Array, coordinate: Array, depths: Array) -> bool:
 def _spectrum(values: Array) -> tuple[Array, float]:
     """Return the amplitude by number of periods over the values' width, and that width."""
     low, high = np.percentile(values, [1.0, 99.0])
-    if not high > low:
+    # Values that differ by rounding alone have no room for the bins.
+    if not high - low > 4.0 * _BINS * np.spacing(max(abs(low), abs(high))):
         return np.zeros(1), 1.0
     inside = values[(values >= low) & (values <= high)]
     histogram = np.histogram(inside, bins=_BINS, range=(low, high))[0]

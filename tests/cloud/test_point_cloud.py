@@ -320,7 +320,7 @@ def test_downsampled_refuses_impossible_voxels():
     cloud = PointCloud.read(POINTS)
     with pytest.raises(InputError, match="must be positive"):
         cloud.downsampled(0.0)
-    with pytest.raises(InputError, match="too small for a cloud"):
+    with pytest.raises(InputError, match="at least about 1e-6 of the cloud"):
         cloud.downsampled(1e-9)
 
 

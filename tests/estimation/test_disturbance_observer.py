@@ -174,7 +174,7 @@ def test_the_mpc_warns_once_and_counts_the_steps_at_a_limit():
     # The estimate reaches the limit at half of its final value, after 0.5 s log 2: 18 steps.
     assert counts[16] == 0.0
     assert counts[-1] == pytest.approx(81, abs=2)
-    assert [str(w.message) for w in caught if "limited since" in str(w.message)] == [
+    assert [str(w.message) for w in caught if "reached the limit" in str(w.message)] == [
         str(caught[0].message)
     ]
     assert "`share` = 0.1" in str(caught[0].message)
