@@ -159,6 +159,8 @@ def open_executor(workers: int = 0, scheduler: str | None = None) -> Iterator[Ex
         ) from error
     # Collect garbage here: the cluster's threads must not free Drake's renderers, they would hang.
     gc.collect()
+    # An interrupt inside Dask's `sync` makes its event loop log a NameError with a traceback.
+    logging.getLogger("tornado.application").setLevel(logging.CRITICAL)
     with dask.config.set(_dask_settings(dask.config)), ExitStack() as stack:
         if scheduler is None:
             client = _start_local_cluster(workers, stack)
