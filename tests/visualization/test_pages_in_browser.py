@@ -35,7 +35,9 @@ def folder(tmp_path_factory):
             folder / name, folder / f"{kind}.html", skill=skill if kind == "contacts" else None
         )
     short = partial(
-        trial.fly, trajectory=HoverTrajectory(ground_time=1.0, lift_time=1.0, hover_time=1.0)
+        trial.fly,
+        trajectory=HoverTrajectory(ground_time=1.0, lift_time=1.0, hover_time=1.0),
+        force=True,
     )
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(trial, "fly", short)
